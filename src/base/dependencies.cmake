@@ -1,0 +1,1 @@
+target_link_libraries(trunnion_base PRIVATE TBB::tbb)
