@@ -163,6 +163,7 @@ private:
         t.r = r;
         for (std::size_t k = 0; k < 3; ++k) {
             t.X[k] = step.frame.point(corner[k]);
+            t.velocity[k] = step.velocity(t.X[k]);
             t.reach = std::max(t.reach, t.X[k].squaredNorm());
         }
         t.reach = std::sqrt(t.reach) + r;
@@ -175,7 +176,6 @@ private:
             return b.total() >= enough_;
         };
         for (std::size_t k = 0; k < 3; ++k) {
-            t.velocity[k] = step.velocity(t.X[k]);
             t.s[k] = sample(profile_, t.X[k]);
             if (offer(tangent(step, t, t.X[k], t.s[k], 0.0))) return best;
         }

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "run_program.hpp"
+#include "support/linuxcnc.hpp"
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/program/program.hpp"
 
@@ -136,10 +137,7 @@ void expect_linuxcnc_agrees(const fs::path& out, const std::string& machine_name
 class LinuxcncRunsThePlan : public ::testing::Test {
 protected:
     void SetUp() override {
-        if (!fs::exists(TRUNNION_LINUXCNC_RUN))
-            GTEST_SKIP() << "the script that drives LinuxCNC is not here: " << TRUNNION_LINUXCNC_RUN;
-        if (!fs::exists("/usr/bin/milltask")) GTEST_SKIP() << "LinuxCNC is not installed (apt-get install linuxcnc-uspace)";
-        if (::geteuid() != 0) GTEST_SKIP() << "LinuxCNC runs in namespaces of its own, which needs root";
+        if (const auto why = trunnion::why_no_linuxcnc(TRUNNION_LINUXCNC_RUN)) GTEST_SKIP() << *why;
     }
 };
 

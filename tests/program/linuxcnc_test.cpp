@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "support/linuxcnc.hpp"
 #include "support/machine_path.hpp"
 #include "trunnion/program/program.hpp"
 
@@ -35,10 +36,7 @@ struct Outcome {
 class Linuxcnc : public testing::Test {
 protected:
     void SetUp() override {
-        if (!fs::exists(TRUNNION_LINUXCNC_RUN))
-            GTEST_SKIP() << "the script that drives LinuxCNC is not here: " << TRUNNION_LINUXCNC_RUN;
-        if (!fs::exists("/usr/bin/milltask")) GTEST_SKIP() << "LinuxCNC is not installed (apt-get install linuxcnc-uspace)";
-        if (geteuid() != 0) GTEST_SKIP() << "LinuxCNC runs in namespaces of its own, which needs root";
+        if (const auto why = why_no_linuxcnc(TRUNNION_LINUXCNC_RUN)) GTEST_SKIP() << *why;
         folder_ = fs::temp_directory_path() / fmt::format("trunnion-linuxcnc-{}", getpid());
         fs::create_directories(folder_);
     }

@@ -1,0 +1,72 @@
+// The resolved job in plan.json is the job: read back, it gives the same one.
+#include <gtest/gtest.h>
+
+#include "run_program.hpp"
+#include "trunnion/job.hpp"
+
+namespace {
+
+using namespace trunnion;
+
+void expect_round_trip(const std::string& toml) {
+    const auto job = job_from_toml(toml, "/tmp/job.toml");
+    ASSERT_TRUE(job) << job.error().text();
+    const std::string json = job_to_json(*job);
+    const auto back = job_from_json(json, "/tmp/plan.json");
+    ASSERT_TRUE(back) << back.error().text();
+    EXPECT_EQ(job_to_json(*back), json);
+}
+
+TEST(Job, SurvivesTheWayThroughItsResolvedForm) {
+    expect_round_trip(cli_tests::dome_job());
+    expect_round_trip(
+        "[part]\nfile = \"a.step\"\nfaces = [1, 2]\nflip_normal = true\ncheck = [\"v.stl\"]\n"
+        "[cutter]\nshape = \"apt\"\ndiameter_mm = 10\ncorner_mm = 1\nalpha_deg = 5\nbeta_deg = 3\nflute_mm = 20\n"
+        "shank = { diameter_mm = 10, length_mm = 20 }\nholder = [ { bottom_mm = 20, top_mm = 30, length_mm = 40 } ]\n"
+        "[path]\npattern = \"parallel\"\ndirection_deg = 30\ndrop_axis = [0, 0.6, 0.8]\npositions_mm = [1, 2, 3.5]\nstep_mm = 2\n"
+        "[orientation]\nlead_deg = 5\ntilt_deg = -7.25\n[links]\nsurface = \"cylinder\"\nradius_mm = 80\nlow = false\n"
+        "[machine]\nname = \"ab-head-head\"\nwork_offset_mm = [1, 2, 3]\n[program]\ntcp = false\nspindle_rpm = 12000\n");
+    expect_round_trip(
+        "[part]\nsurface = { kind = \"bspline\", degree = [1, 1], knots_u = [0, 0, 1, 1], knots_v = [0, 0, 1, 1], control = "
+        "[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0.1]]], "
+        "weights = [[1, 2], [1, 1]], patch_uv = [0.1, 0.9, 0.2, 0.8] }\n[cutter]\nshape = \"conical\"\ndiameter_mm = "
+        "12\ncorner_mm = 2\nbarrel_radius_mm = 80\nflute_mm = 25\n");
+}
+
+TEST(Job, SettingsOverrideTheFile) {
+    const auto job =
+        job_from_toml(cli_tests::dome_job(), "/tmp/job.toml",
+                      {"cutter.diameter_mm=12.5", "links.surface=sphere", "links.radius_mm=99", "program.tcp=false"});
+    ASSERT_TRUE(job) << job.error().text();
+    EXPECT_EQ(job->cutter.diameter, 12.5);
+    EXPECT_EQ(std::get<ClearanceSphere>(*job->clearance_surface).radius, 99.0);
+    EXPECT_FALSE(*job->tcp);
+}
+
+TEST(Job, EveryWrongValueIsRefusedWithItsKey) {
+    const std::string good = cli_tests::dome_job();
+    for (const auto& [setting, key] : std::vector<std::pair<std::string, std::string>>{{"cutter.diameter_mm=0", "diameter_mm"},
+                                                                                       {"cutter.diameter_mm=nan", "diameter_mm"},
+                                                                                       {"cutter.diameter_mm=[1]", "diameter_mm"},
+                                                                                       {"cutter.shape=bul", "bull"},
+                                                                                       {"path.passes=0", "passes"},
+                                                                                       {"path.passes=1.5", "passes"},
+                                                                                       {"path.pattern=parralel", "parallel"},
+                                                                                       {"orientation.tilt_deg=-90", "tilt_deg"},
+                                                                                       {"orientation.method=sturts", "sturz"},
+                                                                                       {"tolerance.chord_mm=-1", "chord_mm"},
+                                                                                       {"tolerance.gouge_mm=inf", "gouge_mm"},
+                                                                                       {"machine.feed_mm_min=0", "feed_mm_min"},
+                                                                                       {"program.dialect=linuxnc", "linuxcnc"},
+                                                                                       {"part.faces=[-1]", "faces"},
+                                                                                       {"part.file=x.step", "surface"},
+                                                                                       {"links.lead_mm=0", "lead_mm"},
+                                                                                       {"part=3", "part"}}) {
+        const auto job = job_from_toml(good, "/tmp/job.toml", {setting});
+        ASSERT_FALSE(job) << setting;
+        EXPECT_EQ(job.error().code, ErrorCode::invalid_input);
+        EXPECT_NE(job.error().text().find(key), std::string::npos) << setting << " -> " << job.error().text();
+    }
+}
+
+}  // namespace
