@@ -49,3 +49,5 @@ BENCHMARK(page_of_200000_poses_and_500000_triangles)->Unit(benchmark::kMilliseco
 
 }  // namespace
 }  // namespace trunnion
+
+BENCHMARK_MAIN();

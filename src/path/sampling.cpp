@@ -17,6 +17,17 @@ std::vector<double> linspace(const Interval& range, int pieces) {
     return t;
 }
 
+/// The grid with the middle of every step between: entry 2 i is grid[i].
+std::vector<double> with_middles(const std::vector<double>& grid) {
+    std::vector<double> probe;
+    for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
+        probe.push_back(grid[i]);
+        probe.push_back(0.5 * (grid[i] + grid[i + 1]));
+    }
+    probe.push_back(grid.back());
+    return probe;
+}
+
 double distance_to_chord(const Vec3& p, const Vec3& a, const Vec3& b) {
     const Vec3 e = b - a;
     const double length2 = e.squaredNorm();
@@ -45,12 +56,7 @@ std::vector<double> sample_curve(const Curve& curve, const Interval& range, cons
     std::vector<double> grid = linspace(range, kProbes);
     std::vector<double> times;
     for (int round = 0; round < kRounds; ++round) {
-        std::vector<double> probe;
-        for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
-            probe.push_back(grid[i]);
-            probe.push_back(0.5 * (grid[i] + grid[i + 1]));
-        }
-        probe.push_back(grid.back());
+        const std::vector<double> probe = with_middles(grid);
         const std::vector<CurvePoint> p = curve(probe);
         std::vector<double> wanted(grid.size() - 1);  // steps this cell should be cut into
         double worst = 0.0;
@@ -79,12 +85,7 @@ std::vector<double> sample_curve(const Curve& curve, const Interval& range, cons
     }
     // The spacing rule did not settle (a kink inside a step): halve what is still too long.
     for (int round = 0; round < kRounds; ++round) {
-        std::vector<double> probe;
-        for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
-            probe.push_back(grid[i]);
-            probe.push_back(0.5 * (grid[i] + grid[i + 1]));
-        }
-        probe.push_back(grid.back());
+        const std::vector<double> probe = with_middles(grid);
         const std::vector<CurvePoint> p = curve(probe);
         std::vector<double> next;
         for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
