@@ -53,7 +53,14 @@ Result<std::string> read_file(const fs::path& path) {
     if (fs::is_directory(path, code)) return fail(ErrorCode::io, fmt::format("{}: is a folder, not a file", path.string()));
     std::ifstream in(path, std::ios::binary);
     if (!in) return fail(ErrorCode::io, fmt::format("{}: cannot be opened ({})", path.string(), reason(errno)));
-    std::string content((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    // In blocks: sizes of pipes and /proc files are not known beforehand.
+    std::string content;
+    for (std::size_t block = 1 << 16; in; block = std::max(block, content.size())) {
+        const std::size_t before = content.size();
+        content.resize(before + block);
+        in.read(content.data() + before, static_cast<std::streamsize>(block));
+        content.resize(before + static_cast<std::size_t>(in.gcount()));
+    }
     if (in.bad()) return fail(ErrorCode::io, fmt::format("{}: cannot be read ({})", path.string(), reason(errno)));
     return content;
 }

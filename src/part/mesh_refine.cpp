@@ -73,14 +73,22 @@ struct Deviation {
     double offset = 0.0;    // greatest distance of a vertex from the surface point of its corner
 };
 
-Deviation deviation_of(const Mesh& mesh, std::size_t t, const Surface& surface) {
-    Vec2 extent;
-    const SecondDerivativeBound bound = bound_over(surface, mesh.uv[t], extent);
-    Deviation d{bound.flatness(extent.x(), extent.y()), 0.0};
-    for (std::size_t k = 0; k < 3; ++k)
-        d.offset = std::max(d.offset,
-                            (mesh.vertices[mesh.triangles[t][k]] - surface.point(mesh.uv[t][k].x(), mesh.uv[t][k].y())).norm());
-    return d;
+/// Of some triangles of one face. Their corners go through the surface together: one by one they would take most of the time.
+void find_deviations(const Mesh& mesh, std::span<const std::size_t> some, const Surface& surface, std::vector<Deviation>& all) {
+    std::vector<double> u, v;
+    for (const std::size_t t : some)
+        for (const Vec2& uv : mesh.uv[t]) u.push_back(uv.x()), v.push_back(uv.y());
+    SurfaceBatch corners;
+    surface.evaluate(u, v, 0, corners);
+    for (std::size_t k = 0; k < some.size(); ++k) {
+        const std::size_t t = some[k];
+        Vec2 extent;
+        const SecondDerivativeBound bound = bound_over(surface, mesh.uv[t], extent);
+        Deviation& d = all[t];
+        d = {bound.flatness(extent.x(), extent.y()), 0.0};
+        for (std::size_t i = 0; i < 3; ++i)
+            d.offset = std::max(d.offset, (mesh.vertices[mesh.triangles[t][i]] - corners.point(3 * k + i)).norm());
+    }
 }
 
 std::uint64_t key(std::uint32_t a, std::uint32_t b) {
@@ -140,11 +148,16 @@ Result<void> refine(Mesh& mesh, std::span<const Face> faces, double chord, std::
     constexpr int kMostRounds = 40;  // each halves edges: far beyond what doubles can resolve
     for (int round = 0; round <= kMostRounds; ++round) {
         auto done = parallel_for(fresh.size(), kGrain, control, "triangulation", [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin; k < end; ++k) {
-                const auto& surface = faces[mesh.face[fresh[k]]].surface;
-                const Poles& p = poles[mesh.face[fresh[k]]];
-                if (!p.at_u.empty() || !p.at_v.empty()) settle_poles(mesh.uv[fresh[k]], p);
-                deviations[fresh[k]] = surface ? deviation_of(mesh, fresh[k], *surface) : Deviation{0.0, chord};
+            for (std::size_t k = begin; k < end;) {
+                const std::uint32_t face = mesh.face[fresh[k]];
+                const Poles& p = poles[face];
+                const std::size_t first = k;
+                for (; k < end && mesh.face[fresh[k]] == face; ++k) {
+                    if (!p.at_u.empty() || !p.at_v.empty()) settle_poles(mesh.uv[fresh[k]], p);
+                    deviations[fresh[k]] = {0.0, chord};
+                }
+                if (const auto& surface = faces[face].surface)
+                    find_deviations(mesh, std::span(fresh).subspan(first, k - first), *surface, deviations);
             }
         });
         if (!done) return done;

@@ -161,17 +161,29 @@ void report_mesh(Part& part, double chord) {
     const Mesh& mesh = part.mesh;
     std::vector<double> folded(part.faces.size(), 0.0);
     double offset = 0.0;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const auto& surface = part.faces[mesh.face[t]].surface;
+    std::vector<std::vector<std::size_t>> of_face(part.faces.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) of_face[mesh.face[t]].push_back(t);
+    for (std::size_t f = 0; f < part.faces.size(); ++f) {
+        const auto& surface = part.faces[f].surface;
         if (!surface) continue;
-        const Vec2 uv = (mesh.uv[t][0] + mesh.uv[t][1] + mesh.uv[t][2]) / 3.0;
-        const SurfacePoint p = surface->at(uv.x(), uv.y());
-        const Vec3 area = area_vector(mesh, t);
-        if (surface->normal_sign() * p.Su.cross(p.Sv).dot(area) < 0.0) folded[mesh.face[t]] += area.norm();
-        if (mesh.deviation[t] <= chord) continue;
-        for (std::size_t k = 0; k < 3; ++k)
-            offset = std::max(
-                offset, (surface->point(mesh.uv[t][k].x(), mesh.uv[t][k].y()) - mesh.vertices[mesh.triangles[t][k]]).norm());
+        std::vector<double> u, v;
+        for (const std::size_t t : of_face[f]) {
+            const Vec2 middle = (mesh.uv[t][0] + mesh.uv[t][1] + mesh.uv[t][2]) / 3.0;
+            u.push_back(middle.x()), v.push_back(middle.y());
+        }
+        SurfaceBatch batch;
+        surface->evaluate(u, v, 1, batch);
+        for (std::size_t k = 0; k < of_face[f].size(); ++k) {
+            const std::size_t t = of_face[f][k];
+            const Vec3 Su(batch.plane(3)[k], batch.plane(4)[k], batch.plane(5)[k]);
+            const Vec3 Sv(batch.plane(6)[k], batch.plane(7)[k], batch.plane(8)[k]);
+            const Vec3 area = area_vector(mesh, t);
+            if (surface->normal_sign() * Su.cross(Sv).dot(area) < 0.0) folded[f] += area.norm();
+            if (mesh.deviation[t] <= chord) continue;
+            for (std::size_t i = 0; i < 3; ++i)
+                offset = std::max(
+                    offset, (surface->point(mesh.uv[t][i].x(), mesh.uv[t][i].y()) - mesh.vertices[mesh.triangles[t][i]]).norm());
+        }
     }
     std::vector<double> total(part.faces.size(), 0.0);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) total[mesh.face[t]] += area_vector(mesh, t).norm();

@@ -11,13 +11,6 @@
 
 #include "part/spline_table.hpp"
 
-// A portable binary that is fast on the machine it runs on. Sanitizers run before the resolvers can: plain code there.
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && !defined(__SANITIZE_THREAD__) && \
-    !defined(__SANITIZE_ADDRESS__)
-#define TRUNNION_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define TRUNNION_CLONES
-#endif
 #define TRUNNION_INLINE inline __attribute__((always_inline))
 
 namespace trunnion::detail {
@@ -26,8 +19,13 @@ namespace {
 
 constexpr std::size_t kLanes = 8;
 constexpr std::size_t kPlanes = 18;
-using Lanes = double __attribute__((vector_size(kLanes * sizeof(double)), may_alias));
+/// The kernels are templates over the vector V that the machine's registers hold: with a wider one than that the compiler
+/// spills every operand. A group of eight points is worked off in 8 / width(V) parts.
+template <std::size_t Width>
+using Vector [[gnu::vector_size(Width * sizeof(double)), gnu::may_alias]] = double;
 using LaneArray = std::array<double, kLanes>;
+template <class V>
+constexpr std::size_t kWidth = sizeof(V) / sizeof(double);
 
 /// Eight points. `lane_net` is null when all lie in one patch (then `net` is read once for all lanes); otherwise it is their
 /// coefficients interleaved, eight doubles per coefficient.
@@ -43,30 +41,33 @@ static_assert(kPowerDegree == 5, "the kernels of evaluate_order");
 struct alignas(64) LaneOutput {
     std::array<LaneArray, kPlanes> plane;
 };
-TRUNNION_INLINE const Lanes& lanes(const LaneArray& values) {
-    return *reinterpret_cast<const Lanes*>(values.data());
+template <class V>
+TRUNNION_INLINE const V& lanes(const LaneArray& values, std::size_t first) {
+    return *reinterpret_cast<const V*>(values.data() + first);
 }
-TRUNNION_INLINE Lanes& lanes(LaneArray& values) {
-    return *reinterpret_cast<Lanes*>(values.data());
+template <class V>
+TRUNNION_INLINE V& lanes(LaneArray& values, std::size_t first) {
+    return *reinterpret_cast<V*>(values.data() + first);
 }
 
 /// One step of the triangular recurrence: Bernstein polynomials of degree - 1 become those of `degree`.
-TRUNNION_INLINE void raise_degree(int degree, const Lanes& s, const Lanes& r, Lanes* b) {
+template <class V>
+TRUNNION_INLINE void raise_degree(int degree, const V& s, const V& r, V* b) {
     b[degree] = s * b[degree - 1];
     for (int j = degree - 1; j >= 1; --j) b[j] = r * b[j] + s * b[j - 1];
     b[0] = r * b[0];
 }
 
 /// Bernstein polynomials of degree n and their derivatives up to Order, which come from the two next lower degrees.
-template <int Order>
-TRUNNION_INLINE void bernstein(int n, const Lanes& s, const Lanes& inverse, Lanes* b, Lanes* d, Lanes* dd) {
-    const Lanes r = 1.0 - s;
+template <class V, int Order>
+TRUNNION_INLINE void bernstein(int n, const V& s, const V& inverse, V* b, V* d, V* dd) {
+    const V r = 1.0 - s;
     b[0] = s * 0.0 + 1.0;
     for (int degree = 1; degree <= n - 2; ++degree) raise_degree(degree, s, r, b);
     if constexpr (Order >= 2) {  // b holds degree n - 2 (if there is one)
-        const Lanes scale = static_cast<double>(n * (n - 1)) * inverse * inverse;
+        const V scale = static_cast<double>(n * (n - 1)) * inverse * inverse;
         for (int j = 0; j <= n; ++j) {
-            Lanes sum = s * 0.0;
+            V sum = s * 0.0;
             if (j >= 2) sum += b[j - 2];
             if (j >= 1 && j <= n - 1) sum -= 2.0 * b[j - 1];
             if (j <= n - 2) sum += b[j];
@@ -75,9 +76,9 @@ TRUNNION_INLINE void bernstein(int n, const Lanes& s, const Lanes& inverse, Lane
     }
     if (n >= 2) raise_degree(n - 1, s, r, b);
     if constexpr (Order >= 1) {  // b holds degree n - 1
-        const Lanes scale = static_cast<double>(n) * inverse;
+        const V scale = static_cast<double>(n) * inverse;
         for (int j = 0; j <= n; ++j) {
-            Lanes sum = s * 0.0;
+            V sum = s * 0.0;
             if (j >= 1) sum += b[j - 1];
             if (j <= n - 1) sum -= b[j];
             d[j] = scale * sum;
@@ -87,18 +88,18 @@ TRUNNION_INLINE void bernstein(int n, const Lanes& s, const Lanes& inverse, Lane
 }
 
 /// Any degree, in Bernstein form: convex combinations, as exact at degree 25 as at 1.
-template <int Order, bool SamePatch>
-TRUNNION_INLINE void tensor_product(const LaneInput& in, int p, int q, int components, Lanes (*sums)[6]) {
-    Lanes bu[kMaxDegree + 1], du[kMaxDegree + 1], ddu[kMaxDegree + 1];
-    Lanes bv[kMaxDegree + 1], dv[kMaxDegree + 1], ddv[kMaxDegree + 1];
-    const Lanes zero = lanes(in.s) * 0.0;
-    bernstein<Order>(p, lanes(in.s), lanes(in.inverse_u), bu, du, ddu);
-    bernstein<Order>(q, lanes(in.t), lanes(in.inverse_v), bv, dv, ddv);
+template <class V, int Order, bool SamePatch>
+TRUNNION_INLINE void tensor_product(const LaneInput& in, std::size_t first, int p, int q, int components, V (*sums)[6]) {
+    V bu[kMaxDegree + 1], du[kMaxDegree + 1], ddu[kMaxDegree + 1];
+    V bv[kMaxDegree + 1], dv[kMaxDegree + 1], ddv[kMaxDegree + 1];
+    const V zero = lanes<V>(in.s, first) * 0.0;
+    bernstein<V, Order>(p, lanes<V>(in.s, first), lanes<V>(in.inverse_u, first), bu, du, ddu);
+    bernstein<V, Order>(q, lanes<V>(in.t, first), lanes<V>(in.inverse_v, first), bv, dv, ddv);
     std::size_t k = 0;
     for (int c = 0; c < components; ++c) {
-        Lanes S = zero, Su = S, Sv = S, Suu = S, Suv = S, Svv = S;
+        V S = zero, Su = S, Sv = S, Suu = S, Suv = S, Svv = S;
         for (int i = 0; i <= p; ++i) {
-            Lanes row = zero, row_v = row, row_vv = row;
+            V row = zero, row_v = row, row_vv = row;
             for (int j = 0; j <= q; ++j, ++k) {
                 if constexpr (SamePatch) {
                     const double a = in.net[k];
@@ -106,7 +107,7 @@ TRUNNION_INLINE void tensor_product(const LaneInput& in, int p, int q, int compo
                     if constexpr (Order >= 1) row_v += a * dv[j];
                     if constexpr (Order >= 2) row_vv += a * ddv[j];
                 } else {
-                    const Lanes a = *reinterpret_cast<const Lanes*>(in.lane_net + k * kLanes);
+                    const V a = *reinterpret_cast<const V*>(in.lane_net + k * kLanes + first);
                     row += a * bv[j];
                     if constexpr (Order >= 1) row_v += a * dv[j];
                     if constexpr (Order >= 2) row_vv += a * ddv[j];
@@ -123,7 +124,7 @@ TRUNNION_INLINE void tensor_product(const LaneInput& in, int p, int q, int compo
                 Svv += bu[i] * row_vv;
             }
         }
-        Lanes* sum = sums[c];
+        V* sum = sums[c];
         sum[0] = S;
         sum[1] = Su, sum[2] = Sv;
         sum[3] = Suu, sum[4] = Suv, sum[5] = Svv;
@@ -131,21 +132,21 @@ TRUNNION_INLINE void tensor_product(const LaneInput& in, int p, int q, int compo
 }
 
 /// The same sums from power coefficients: Horner's rule with derivatives along v for each row, then along u over the rows.
-template <int Q, int Order, bool SamePatch>
-TRUNNION_INLINE void horner(const LaneInput& in, int p, int components, Lanes (*sums)[6]) {
-    const Lanes x = 2.0 * lanes(in.s) - 1.0, y = 2.0 * lanes(in.t) - 1.0;
-    const Lanes du = 2.0 * lanes(in.inverse_u), dv = 2.0 * lanes(in.inverse_v), zero = x * 0.0;
-    const auto add_coefficient = [&](Lanes& f, int k) {
+template <class V, int Q, int Order, bool SamePatch>
+TRUNNION_INLINE void horner(const LaneInput& in, std::size_t first, int p, int components, V (*sums)[6]) {
+    const V x = 2.0 * lanes<V>(in.s, first) - 1.0, y = 2.0 * lanes<V>(in.t, first) - 1.0;
+    const V du = 2.0 * lanes<V>(in.inverse_u, first), dv = 2.0 * lanes<V>(in.inverse_v, first), zero = x * 0.0;
+    const auto add_coefficient = [&](V& f, int k) {
         if constexpr (SamePatch)
             f += in.net[k];
         else
-            f += *reinterpret_cast<const Lanes*>(in.lane_net + static_cast<std::size_t>(k) * kLanes);
+            f += *reinterpret_cast<const V*>(in.lane_net + static_cast<std::size_t>(k) * kLanes + first);
     };
     for (int c = 0; c < components; ++c) {
-        Lanes S = zero, Sx = zero, Sy = zero, Sxx = zero, Sxy = zero, Syy = zero;  // second derivatives: halves of xx and yy
+        V S = zero, Sx = zero, Sy = zero, Sxx = zero, Sxy = zero, Syy = zero;  // second derivatives: halves of xx and yy
         for (int i = p; i >= 0; --i) {
             const int row = (c * (p + 1) + i) * (Q + 1);
-            Lanes f = zero, fy = zero, fyy = zero;
+            V f = zero, fy = zero, fyy = zero;
             add_coefficient(f, row + Q);
             for (int j = Q - 1; j >= 0; --j) {
                 if (Order >= 2 && j < Q - 1) fyy = j == Q - 2 ? fy : fyy * y + fy;
@@ -164,50 +165,52 @@ TRUNNION_INLINE void horner(const LaneInput& in, int p, int components, Lanes (*
             }
             S = S * x + f;
         }
-        Lanes* sum = sums[c];
+        V* sum = sums[c];
         sum[0] = S;
         if constexpr (Order >= 1) sum[1] = du * Sx, sum[2] = dv * Sy;
         if constexpr (Order >= 2) sum[3] = 2.0 * du * du * Sxx, sum[4] = du * dv * Sxy, sum[5] = 2.0 * dv * dv * Syy;
     }
 }
 
-template <int Order>
-TRUNNION_INLINE void quotient_rule(const LaneInput& in, bool rational, const Lanes (*sums)[6], LaneOutput& out) {
+template <class V, int Order>
+TRUNNION_INLINE void quotient_rule(const LaneInput& in, std::size_t first, bool rational, const V (*sums)[6], LaneOutput& out) {
     for (std::size_t c = 0; c < 3; ++c) {
-        const Lanes* A = sums[c];
+        const V* A = sums[c];
         if (!rational) {
-            lanes(out.plane[c]) = lanes(in.origin[c]) + A[0];
-            if (Order >= 1) lanes(out.plane[3 + c]) = A[1], lanes(out.plane[6 + c]) = A[2];
-            if (Order >= 2) lanes(out.plane[9 + c]) = A[3], lanes(out.plane[12 + c]) = A[4], lanes(out.plane[15 + c]) = A[5];
+            lanes<V>(out.plane[c], first) = lanes<V>(in.origin[c], first) + A[0];
+            if (Order >= 1) lanes<V>(out.plane[3 + c], first) = A[1], lanes<V>(out.plane[6 + c], first) = A[2];
+            if (Order >= 2)
+                lanes<V>(out.plane[9 + c], first) = A[3], lanes<V>(out.plane[12 + c], first) = A[4],
+                                           lanes<V>(out.plane[15 + c], first) = A[5];
             continue;
         }
-        const Lanes* w = sums[3];
-        const Lanes S = A[0] / w[0];
-        lanes(out.plane[c]) = lanes(in.origin[c]) + S;
+        const V* w = sums[3];
+        const V S = A[0] / w[0];
+        lanes<V>(out.plane[c], first) = lanes<V>(in.origin[c], first) + S;
         if (Order >= 1) {
-            const Lanes Su = (A[1] - w[1] * S) / w[0], Sv = (A[2] - w[2] * S) / w[0];
-            lanes(out.plane[3 + c]) = Su, lanes(out.plane[6 + c]) = Sv;
+            const V Su = (A[1] - w[1] * S) / w[0], Sv = (A[2] - w[2] * S) / w[0];
+            lanes<V>(out.plane[3 + c], first) = Su, lanes<V>(out.plane[6 + c], first) = Sv;
             if (Order >= 2) {
-                lanes(out.plane[9 + c]) = (A[3] - 2.0 * w[1] * Su - w[3] * S) / w[0];
-                lanes(out.plane[12 + c]) = (A[4] - w[1] * Sv - w[2] * Su - w[4] * S) / w[0];
-                lanes(out.plane[15 + c]) = (A[5] - 2.0 * w[2] * Sv - w[5] * S) / w[0];
+                lanes<V>(out.plane[9 + c], first) = (A[3] - 2.0 * w[1] * Su - w[3] * S) / w[0];
+                lanes<V>(out.plane[12 + c], first) = (A[4] - w[1] * Sv - w[2] * Su - w[4] * S) / w[0];
+                lanes<V>(out.plane[15 + c], first) = (A[5] - 2.0 * w[2] * Sv - w[5] * S) / w[0];
             }
         }
     }
 }
 
-template <int Order>
-TRUNNION_INLINE void evaluate_order(const LaneInput& in, int p, int q, int components, LaneOutput& out) {
-    Lanes sums[4][6] = {};
+template <class V, int Order>
+TRUNNION_INLINE void evaluate_order(const LaneInput& in, std::size_t first, int p, int q, int components, LaneOutput& out) {
+    V sums[4][6];
     const bool same = in.lane_net == nullptr;
     if (in.powers) {
         switch (q) {
-#define TRUNNION_DEGREE(Q)                                    \
-    case Q:                                                   \
-        if (same)                                             \
-            horner<Q, Order, true>(in, p, components, sums);  \
-        else                                                  \
-            horner<Q, Order, false>(in, p, components, sums); \
+#define TRUNNION_DEGREE(Q)                                              \
+    case Q:                                                             \
+        if (same)                                                       \
+            horner<V, Q, Order, true>(in, first, p, components, sums);  \
+        else                                                            \
+            horner<V, Q, Order, false>(in, first, p, components, sums); \
         break;
             TRUNNION_DEGREE(1)
             TRUNNION_DEGREE(2)
@@ -219,35 +222,60 @@ TRUNNION_INLINE void evaluate_order(const LaneInput& in, int p, int q, int compo
                 break;  // kPowerDegree is 5
         }
     } else if (same) {
-        tensor_product<Order, true>(in, p, q, components, sums);
+        tensor_product<V, Order, true>(in, first, p, q, components, sums);
     } else {
-        tensor_product<Order, false>(in, p, q, components, sums);
+        tensor_product<V, Order, false>(in, first, p, q, components, sums);
     }
-    quotient_rule<Order>(in, components == 4, sums, out);
+    quotient_rule<V, Order>(in, first, components == 4, sums, out);
 }
 
 }  // namespace
 
-TRUNNION_CLONES void evaluate_lanes_0(const void* in, int p, int q, int components, void* out) {
-    evaluate_order<0>(*static_cast<const LaneInput*>(in), p, q, components, *static_cast<LaneOutput*>(out));
-}
-TRUNNION_CLONES void evaluate_lanes_1(const void* in, int p, int q, int components, void* out) {
-    evaluate_order<1>(*static_cast<const LaneInput*>(in), p, q, components, *static_cast<LaneOutput*>(out));
-}
-TRUNNION_CLONES void evaluate_lanes_2(const void* in, int p, int q, int components, void* out) {
-    evaluate_order<2>(*static_cast<const LaneInput*>(in), p, q, components, *static_cast<LaneOutput*>(out));
-}
-
 namespace {
 
-void evaluate_lanes(const LaneInput& in, const PatchTable& table, int order, LaneOutput& out) {
-    const int p = table.u.degree(), q = table.v.degree();
-    if (order == 0)
-        evaluate_lanes_0(&in, p, q, table.components, &out);
-    else if (order == 1)
-        evaluate_lanes_1(&in, p, q, table.components, &out);
-    else
-        evaluate_lanes_2(&in, p, q, table.components, &out);
+/// The first `count` points of a group (the rest of the last part is evaluated too, and means nothing).
+template <class V>
+TRUNNION_INLINE void evaluate_parts(const LaneInput& in, std::size_t count, int p, int q, int components, int order,
+                                    LaneOutput& out) {
+    for (std::size_t first = 0; first < count; first += kWidth<V>) {
+        if (order == 0)
+            evaluate_order<V, 0>(in, first, p, q, components, out);
+        else if (order == 1)
+            evaluate_order<V, 1>(in, first, p, q, components, out);
+        else
+            evaluate_order<V, 2>(in, first, p, q, components, out);
+    }
+}
+
+// A portable binary that is fast on the machine it runs on. In untyped words: arguments may not depend on the instruction set.
+using Kernel = void (*)(const LaneInput& in, std::size_t count, int p, int q, int components, int order, LaneOutput& out);
+
+void evaluate_128(const LaneInput& in, std::size_t count, int p, int q, int components, int order, LaneOutput& out) {
+    evaluate_parts<Vector<2>>(in, count, p, q, components, order, out);
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx2"))) void evaluate_256(const LaneInput& in, std::size_t count, int p, int q, int components, int order,
+                                                  LaneOutput& out) {
+    evaluate_parts<Vector<4>>(in, count, p, q, components, order, out);
+}
+__attribute__((target("avx512f"))) void evaluate_512(const LaneInput& in, std::size_t count, int p, int q, int components,
+                                                     int order, LaneOutput& out) {
+    evaluate_parts<Vector<8>>(in, count, p, q, components, order, out);
+}
+#endif
+
+Kernel best_kernel() {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f")) return evaluate_512;
+    if (__builtin_cpu_supports("avx2")) return evaluate_256;
+#endif
+    return evaluate_128;
+}
+
+void evaluate_lanes(const LaneInput& in, std::size_t count, const PatchTable& table, int order, LaneOutput& out) {
+    static const Kernel kernel = best_kernel();
+    kernel(in, count, table.u.degree(), table.v.degree(), table.components, order, out);
 }
 
 /// Everything of a lane but its local parameters.
@@ -262,39 +290,35 @@ std::size_t planes_of(int order) {
     return order == 0 ? 3 : order == 1 ? 9 : kPlanes;
 }
 
-/// A block of points: where each lies, the order in which they are worked off, and the results in that order.
+/// A block of points: where each lies, and the order in which they are worked off.
 struct Block {
-    // The results (144 bytes a point) stay in the second-level cache and one plane of them in the first.
+    // What is known of the points stays in the first-level caches.
     static constexpr std::size_t kSize = 2048;
     // A patch's last points are evaluated as a group of their own if they fill it by half; fewer go to mixed groups.
     static constexpr std::size_t kHalf = kLanes / 2;
 
     const PatchTable& table;
     int order;
-    std::size_t planes, capacity;
-    std::vector<std::uint32_t> patch, span_u, span_v, sorted, position, start;
+    std::size_t planes;
+    std::array<double*, kPlanes> to{};  // where the results of this block go
+    std::vector<std::uint32_t> patch, span_u, span_v, sorted, start;
     std::vector<double> s, t;
-    std::unique_ptr<double[]> memory;  // results, plane after plane, then interleaved nets; not initialised
-    double *results, *interleaved;
-    std::size_t filled = 0;  // results so far, spare lanes included
+    std::vector<double> memory;  // of interleaved nets
+    double* interleaved;
 
     Block(const PatchTable& patches, int derivatives, std::size_t points)
         : table(patches),
           order(derivatives),
           planes(planes_of(derivatives)),
-          // In the worst case every group is half full.
-          capacity(2 * ((points + kLanes - 1) / kLanes * kLanes) + kLanes),
           patch(points),
           span_u(points),
           span_v(points),
           sorted(points),
-          position(points),
           s(points),
           t(points),
-          memory(new double[planes * capacity + patches.stride * kLanes + kLanes]) {
-        results = memory.get();
-        while (reinterpret_cast<std::uintptr_t>(results) % alignof(LaneInput) != 0) ++results;
-        interleaved = results + planes * capacity;
+          memory(patches.stride * kLanes + kLanes),
+          interleaved(memory.data()) {
+        while (reinterpret_cast<std::uintptr_t>(interleaved) % alignof(LaneInput) != 0) ++interleaved;
         // With far more patches than points sorting costs more than it saves.
         if (patches.origins.size() <= 4 * kSize && points > kLanes) start.resize(patches.origins.size() + 1);
     }
@@ -341,15 +365,12 @@ struct Block {
                 for (std::size_t lane = 0; lane < kLanes; ++lane) interleaved[k * kLanes + lane] = net[lane][k];
             in.lane_net = interleaved;
         }
-        evaluate_lanes(in, table, order, out);
+        evaluate_lanes(in, count, table, order, out);
         for (std::size_t k = 0; k < planes; ++k)
-            std::memcpy(results + k * capacity + filled, out.plane[k].data(), sizeof(LaneArray));
-        for (std::size_t lane = 0; lane < count; ++lane) position[lane_point[lane]] = static_cast<std::uint32_t>(filled + lane);
-        filled += kLanes;
+            for (std::size_t lane = 0; lane < count; ++lane) to[k][lane_point[lane]] = out.plane[k][lane];
     }
 
     void evaluate(std::size_t count) {
-        filled = 0;
         LaneInput in;
         std::array<std::uint32_t, kLanes> mixed;
         std::size_t waiting = 0;
@@ -384,16 +405,12 @@ void evaluate_patches(const PatchTable& table, std::span<const double> u, std::s
     for (std::size_t begin = 0; begin < u.size(); begin += Block::kSize) {
         const std::size_t count = std::min(Block::kSize, u.size() - begin);
         block.locate(u.subspan(begin, count), v.subspan(begin, count));
+        for (std::size_t k = 0; k < block.planes; ++k) block.to[k] = out.plane(static_cast<int>(k)) + begin;
         block.evaluate(count);
-        for (std::size_t k = 0; k < block.planes; ++k) {
-            double* plane = out.plane(static_cast<int>(k)) + begin;
-            const double* results = block.results + k * block.capacity;
-            for (std::size_t i = 0; i < count; ++i) plane[i] = results[block.position[i]];
-        }
     }
 }
 
-SurfacePoint evaluate_patch_at(const PatchTable& table, double u, double v) {
+SurfacePoint evaluate_patch_at(const PatchTable& table, double u, double v, int order) {
     LaneInput in;
     const SpanAxis::Place pu = table.u.locate(u), pv = table.v.locate(v);
     const std::size_t patch = table.patch(pu.span, pv.span);
@@ -403,8 +420,11 @@ SurfacePoint evaluate_patch_at(const PatchTable& table, double u, double v) {
     in.net = table.net(patch);
     in.powers = table.powers;
     LaneOutput out;
-    evaluate_lanes(in, table, 2, out);
-    const auto vec = [&](std::size_t k) { return Vec3(out.plane[k][0], out.plane[k + 1][0], out.plane[k + 2][0]); };
+    evaluate_lanes(in, 1, table, order, out);
+    const std::size_t known = planes_of(order);
+    const auto vec = [&](std::size_t k) {
+        return k < known ? Vec3(out.plane[k][0], out.plane[k + 1][0], out.plane[k + 2][0]) : Vec3(Vec3::Zero());
+    };
     return {vec(0), vec(3), vec(6), vec(9), vec(12), vec(15)};
 }
 

@@ -111,6 +111,6 @@ private:
 /// Evaluates points through the patches: the hot loop (spline_kernel.cpp).
 void evaluate_patches(const PatchTable& patches, std::span<const double> u, std::span<const double> v, int order,
                       SurfaceBatch& out);
-SurfacePoint evaluate_patch_at(const PatchTable& patches, double u, double v);
+SurfacePoint evaluate_patch_at(const PatchTable& patches, double u, double v, int order);
 
 }  // namespace trunnion::detail

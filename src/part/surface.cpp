@@ -227,12 +227,14 @@ void Surface::evaluate(std::span<const double> u, std::span<const double> v, int
 
 SurfacePoint Surface::at(double u, double v) const {
     const double cu = clamped(u, impl_->domain.u), cv = clamped(v, impl_->domain.v);
-    return impl_->spline ? detail::evaluate_patch_at(impl_->spline->patches, cu, cv)
+    return impl_->spline ? detail::evaluate_patch_at(impl_->spline->patches, cu, cv, 2)
                          : detail::analytic_at(*impl_->analytic, cu, cv);
 }
 
 Vec3 Surface::point(double u, double v) const {
-    return at(u, v).S;
+    const double cu = clamped(u, impl_->domain.u), cv = clamped(v, impl_->domain.v);
+    return impl_->spline ? detail::evaluate_patch_at(impl_->spline->patches, cu, cv, 0).S
+                         : detail::analytic_at(*impl_->analytic, cu, cv).S;
 }
 
 std::optional<Vec3> Surface::normal(double u, double v) const {

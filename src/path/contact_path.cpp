@@ -35,4 +35,19 @@ void append_pass(ContactPath& path, const std::vector<Vec3>& cc, const std::vect
     path.passes.push_back({first, added, closed});
 }
 
+void append_path(ContactPath& path, const ContactPath& more) {
+    const std::size_t first = path.size();
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(path.cc, more.cc);
+    append(path.n, more.n);
+    append(path.f, more.f);
+    append(path.uv, more.uv);
+    append(path.face, more.face);
+    append(path.given, more.given);
+    for (ContactPass pass : more.passes) {
+        pass.first += first;
+        path.passes.push_back(pass);
+    }
+}
+
 }  // namespace trunnion

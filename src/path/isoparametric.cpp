@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "path/sampling.hpp"
+#include "trunnion/base/parallel.hpp"
 #include "trunnion/path/pattern.hpp"
 
 namespace trunnion {
@@ -97,7 +98,9 @@ public:
         return q;
     }
 
-    void append(double fixed, bool backwards, ContactPath& path) const {
+    /// The contacts of the pass at `fixed`, in runs where the border cuts it.
+    ContactPath pass(double fixed, bool backwards) const {
+        ContactPath path;
         const Curve curve = iso_line(surface_, how_.along_u, fixed);
         std::vector<Interval> runs = runs_of(face_, how_.along_u, fixed);
         if (backwards) std::reverse(runs.begin(), runs.end());
@@ -121,6 +124,7 @@ public:
             }
             append_pass(path, cc, n, uv, std::vector<std::int32_t>(cc.size(), face_.index), whole_turn);
         }
+        return path;
     }
 
 private:
@@ -142,11 +146,15 @@ private:
     /// Greatest step of the fixed parameter from a pass at q (towards q + 1 or q - 1) that keeps the scallop everywhere.
     double greatest_step(double q) const {
         double step = std::numeric_limits<double>::infinity();
+        constexpr std::size_t kSamples = 49;
+        const std::vector<double> fixed(kSamples, q);
+        std::vector<double> running(kSamples);
+        SurfaceBatch batch;
         for (const Interval& run : runs_of(face_, how_.along_u, q)) {
-            constexpr int kSamples = 48;
-            for (int i = 0; i <= kSamples; ++i) {
-                const double t = run.at(static_cast<double>(i) / kSamples);
-                const SurfacePoint p = how_.along_u ? surface_.at(t, q) : surface_.at(q, t);
+            for (std::size_t i = 0; i < kSamples; ++i) running[i] = run.at(static_cast<double>(i) / (kSamples - 1));
+            surface_.evaluate(how_.along_u ? running : fixed, how_.along_u ? fixed : running, 2, batch);
+            for (std::size_t i = 0; i < kSamples; ++i) {
+                const SurfacePoint p = batch.at(i);
                 const Vec3 along = how_.along_u ? p.Su : p.Sv, over = how_.along_u ? p.Sv : p.Su;
                 const Vec3 cross = p.Su.cross(p.Sv);
                 if (!(cross.norm() > 1e-8 * p.Su.norm() * p.Sv.norm()) || cross.norm() == 0.0) continue;
@@ -166,8 +174,11 @@ private:
             if (control.cancelled()) return fail_cancelled("spacing the passes");
             double step = std::min(greatest_step(q.back()), across.range.length());
             // The next pass must be as far from this one as both allow.
-            for (int i = 0; i < 4; ++i)
-                step = std::min(step, std::max(greatest_step(std::min(end, q.back() + step)), 0.5 * step));
+            for (int i = 0; i < 4; ++i) {
+                const double back = std::max(greatest_step(std::min(end, q.back() + step)), 0.5 * step);
+                if (back >= step) break;
+                step = back;
+            }
             if (!(step > least))
                 return fail(ErrorCode::no_solution, fmt::format("no pass spacing keeps a scallop of {:.6g} mm: the surface is "
                                                                 "more curved than the cutter at parameter {:.6g}",
@@ -205,13 +216,13 @@ Result<ContactPath> Isoparametric::operator()(const PathScene& scene, const Cont
         const FacePlanner planner(*this, scene, face);
         auto positions = planner.positions(control);
         if (!positions) return fail_in(std::move(positions), where);
-        for (std::size_t i = 0; i < positions->size(); ++i, ++pass) {
-            if (control.cancelled()) return fail_cancelled("planning the path");
-            planner.append((*positions)[i], zigzag && pass % 2 == 1, path);
-            control.report("path",
-                           (static_cast<double>(k) + static_cast<double>(i + 1) / static_cast<double>(positions->size())) /
-                               static_cast<double>(scene.faces.size()));
-        }
+        std::vector<ContactPath> lines(positions->size());
+        auto done = parallel_for(lines.size(), 1, control, "path", [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) lines[i] = planner.pass((*positions)[i], zigzag && (pass + i) % 2 == 1);
+        });
+        if (!done) return fail_up(std::move(done));
+        pass += lines.size();
+        for (const ContactPath& one : lines) append_path(path, one);
     }
     return path;
 }

@@ -32,4 +32,7 @@ struct ContactPath {
 void append_pass(ContactPath& path, const std::vector<Vec3>& cc, const std::vector<Vec3>& n, const std::vector<Vec2>& uv,
                  const std::vector<std::int32_t>& face, bool closed);
 
+/// Appends all passes of `more`.
+void append_path(ContactPath& path, const ContactPath& more);
+
 }  // namespace trunnion
