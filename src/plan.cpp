@@ -9,6 +9,7 @@
 #include "setup.hpp"
 #include "trunnion/base/file.hpp"
 #include "trunnion/base/parallel.hpp"
+#include "trunnion/path/strip.hpp"
 #include "trunnion/report/html.hpp"
 
 namespace trunnion {
@@ -234,6 +235,21 @@ void fill_poses(PlanDocument& doc, const PosePath& poses, const ContactPath& con
     }
 }
 
+/// To second order, at the job's scallop height; unknown on mesh faces, and where the cutter is flatter than the surface.
+void fill_strip(PlanDocument& doc, const Setup& s, double scallop) {
+    doc.strip_width_mm.assign(doc.cl.size(), kNaN);
+    for (std::size_t i = 0; i < doc.cl.size(); ++i) {
+        if (doc.face[i] < 0 || !doc.uv[i].allFinite()) continue;
+        const auto& surface = s.part->faces[static_cast<std::size_t>(doc.face[i])].surface;
+        if (!surface) continue;
+        const SurfacePoint p = surface->at(doc.uv[i].x(), doc.uv[i].y());
+        if (p.Su.cross(p.Sv).isZero(0.0)) continue;  // a pole
+        const TangentForm form = surface_form(p, doc.normal[i], doc.feed[i]);
+        if (const auto w = strip_width_second_order(s.cutter, form, doc.normal[i], doc.feed[i], doc.axis[i], scallop))
+            doc.strip_width_mm[i] = *w;
+    }
+}
+
 void fill_checks(PlanDocument& doc, const CheckedPath& checked) {
     for (const Verdict& v : checked.verdicts()) {
         doc.gouge_mm.push_back(v.gouge);
@@ -424,6 +440,7 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
     }
     poses->path = moved->poses();
     fill_poses(doc, poses->path, poses->contacts);
+    fill_strip(doc, s, job.tolerance.scallop);
     fill_checks(doc, moved->checked());
     fill_machine(doc, *moved);
     for (const std::string& w : moved->warnings()) doc.warnings.push_back(w);
