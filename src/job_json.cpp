@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "job_path.hpp"
 #include "job_table.hpp"
 
 namespace trunnion {
@@ -98,7 +99,7 @@ ordered_json json_of_cutter(const Job& job) {
 }
 
 ordered_json json_of(const Pattern& pattern) {
-    ordered_json j;
+    ordered_json j = json_of_given_path(pattern);
     if (const auto* p = std::get_if<Isoparametric>(&pattern)) {
         j = {{"pattern", Isoparametric::name},
              {"along", p->along_u ? "u" : "v"},
