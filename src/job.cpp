@@ -1,6 +1,7 @@
 #include "trunnion/job.hpp"
 
 #include "base/toml_reader.hpp"
+#include "job_orientation.hpp"
 #include "job_path.hpp"
 #include "job_table.hpp"
 #include "trunnion/program/program.hpp"
@@ -220,7 +221,7 @@ void read_cutter(TomlReader r, Job& job) {
     r.finish();
 }
 
-// ---- [path], [orientation], [links] ---------------------------------------------------------------------------------
+// ---- [path], [links] ------------------------------------------------------------------------------------------------
 
 void read_path(TomlReader r, const fs::path& folder, Job& job) {
     const std::string pattern = r.word("pattern", "isoparametric", pattern_names());
@@ -250,21 +251,6 @@ void read_path(TomlReader r, const fs::path& folder, Job& job) {
         p.reverse = r.flag("reverse", p.reverse);
         job.pattern = p;
     }
-    r.finish();
-}
-
-void read_orientation(TomlReader r, Job& job) {
-    r.word("method", std::string(Sturz::name), method_names());
-    Sturz s;
-    for (const auto& [key, angle] : {std::pair{"lead_deg", &s.lead}, std::pair{"tilt_deg", &s.tilt}}) {
-        const double value = r.number(key, 0.0);
-        if (!(std::abs(value) < 90.0))
-            r.wrong(key,
-                    fmt::format("= {:.6g} must lie between -90 and 90: the tool would lie in the surface or below it", value));
-        *angle = radians(value);
-    }
-    job.method = s;
-    r.word("outcome", "fail", {"fail"});
     r.finish();
 }
 
@@ -364,7 +350,7 @@ Result<Job> read_job(const toml::table& root, const std::string& source, const f
     read_part(r.table("part"), folder, job);
     read_cutter(r.table("cutter"), job);
     read_path(r.table("path"), folder, job);
-    read_orientation(r.table("orientation"), job);
+    read_orientation(r.table("orientation"), folder, job);
     read_links(r.table("links"), job);
     read_machine(r.table("machine"), folder, job);
     read_program(r.table("program"), job);
