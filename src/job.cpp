@@ -99,6 +99,8 @@ std::optional<BSplineData> read_spline(TomlReader& r, bool bezier) {
     return s;
 }
 
+}  // namespace
+
 SurfaceSpec read_surface(TomlReader& r) {
     SurfaceSpec spec;
     const std::string kind = r.word("kind", "", {"plane", "sphere", "torus", "cylinder", "cone", "dome", "bezier", "bspline"});
@@ -146,6 +148,8 @@ SurfaceSpec read_surface(TomlReader& r) {
     r.finish();
     return spec;
 }
+
+namespace {
 
 void read_part(TomlReader r, const fs::path& folder, Job& job) {
     job.part_file = absolute_from(folder, r.text("file", ""));

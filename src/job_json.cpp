@@ -16,6 +16,8 @@ ordered_json json_of(const Vec3& v) {
     return {v.x(), v.y(), v.z()};
 }
 
+}  // namespace
+
 ordered_json json_of(const SurfaceSpec& s) {
     ordered_json j;
     if (s.spline) {
@@ -61,6 +63,8 @@ ordered_json json_of(const SurfaceSpec& s) {
     j["flip_normal"] = s.flip_normal;
     return j;
 }
+
+namespace {
 
 ordered_json json_of_part(const Job& job) {
     ordered_json j;

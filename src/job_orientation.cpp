@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "job_table.hpp"
+
 namespace trunnion {
 
 namespace fs = std::filesystem;
@@ -42,6 +44,144 @@ void read_method(TomlReader& r, Sturz& m) {
 void write_method(ordered_json& j, const Sturz& m) {
     j["lead_deg"] = degrees(m.lead);
     j["tilt_deg"] = degrees(m.tilt);
+}
+
+ordered_json json_of(const Vec3& v) {
+    return {v.x(), v.y(), v.z()};
+}
+
+void read_method(TomlReader& r, FixedVector& m) {
+    if (!r.has("axis")) r.wrong("axis", "is missing; give a direction such as [0, 0, 1]");
+    m.axis = r.direction("axis").value_or(m.axis);
+}
+void write_method(ordered_json& j, const FixedVector& m) {
+    j["axis"] = json_of(m.axis);
+}
+
+bool read_side(TomlReader& r) {
+    return r.word("side", "towards", {"towards", "away"}) == "away";
+}
+void write_side(ordered_json& j, bool away) {
+    j["side"] = away ? "away" : "towards";
+}
+
+void read_method(TomlReader& r, PointAxis& m) {
+    if (!r.has("point_mm")) r.wrong("point_mm", "is missing; give a point, [x, y, z]");
+    m.point = r.vector("point_mm").value_or(m.point);
+    m.away = read_side(r);
+}
+void write_method(ordered_json& j, const PointAxis& m) {
+    j["point_mm"] = json_of(m.point);
+    write_side(j, m.away);
+}
+
+void read_method(TomlReader& r, LineAxis& m) {
+    if (!r.has("point_mm")) r.wrong("point_mm", "is missing; give a point of the line, [x, y, z]");
+    m.point = r.vector("point_mm").value_or(m.point);
+    m.direction = r.direction("direction").value_or(m.direction);
+    m.away = read_side(r);
+}
+void write_method(ordered_json& j, const LineAxis& m) {
+    j["point_mm"] = json_of(m.point);
+    j["direction"] = json_of(m.direction);
+    write_side(j, m.away);
+}
+
+/// Rows of `count` numbers: [[...], ...]. Empty with the error recorded where missing or wrong.
+std::vector<std::vector<double>> rows_of(TomlReader& r, std::string_view key, std::size_t count, std::string_view what) {
+    std::vector<std::vector<double>> all;
+    const toml::array* rows = r.array(key);
+    if (!rows) {
+        r.wrong(key, fmt::format("is missing; give {}", what));
+        return all;
+    }
+    for (std::size_t i = 0; i < rows->size(); ++i) {
+        const auto row = TomlReader::flat((*rows)[i].as_array());
+        if (!row || row->size() != count) {
+            r.wrong(key, fmt::format("row {} must be {} finite numbers in brackets", i, count));
+            return {};
+        }
+        all.push_back(*row);
+    }
+    return all;
+}
+
+void read_method(TomlReader& r, CurveAxis& m) {
+    for (const auto& p : rows_of(r, "curve_mm", 3, "points, [[x, y, z], ...]")) m.curve.emplace_back(p[0], p[1], p[2]);
+    if (m.curve.size() == 1) r.wrong("curve_mm", "holds one point; it needs at least two");
+    m.away = read_side(r);
+}
+void write_method(ordered_json& j, const CurveAxis& m) {
+    j["curve_mm"] = ordered_json::array();
+    for (const Vec3& p : m.curve) j["curve_mm"].push_back(json_of(p));
+    write_side(j, m.away);
+}
+
+void read_method(TomlReader& r, SurfaceNormals& m) {
+    m.face = r.integer("face", -1, 0, 1'000'000'000);
+    m.reversed = r.flag("reversed", m.reversed);
+}
+void write_method(ordered_json& j, const SurfaceNormals& m) {
+    if (m.face >= 0) j["face"] = m.face;
+    j["reversed"] = m.reversed;
+}
+
+Interval range(TomlReader& r, std::string_view key, const Interval& fallback) {
+    const auto pair = r.numbers(key, 2);
+    if (!pair) return fallback;
+    if (!((*pair)[0] <= (*pair)[1] && (*pair)[0] > -90.0 && (*pair)[1] < 90.0))
+        r.wrong(key, fmt::format("= [{:.6g}, {:.6g}] must be a range between -90 and 90", (*pair)[0], (*pair)[1]));
+    return {radians((*pair)[0]), radians((*pair)[1])};
+}
+ordered_json json_of(const Interval& x) {
+    return {degrees(x.lo), degrees(x.hi)};
+}
+
+void read_method(TomlReader& r, LeanRange& m) {
+    m.axis = r.direction("axis").value_or(m.axis);
+    m.lead = range(r, "lead_range_deg", m.lead);
+    m.tilt = range(r, "tilt_range_deg", m.tilt);
+}
+void write_method(ordered_json& j, const LeanRange& m) {
+    j["axis"] = json_of(m.axis);
+    j["lead_range_deg"] = json_of(m.lead);
+    j["tilt_range_deg"] = json_of(m.tilt);
+}
+
+void read_method(TomlReader& r, RotaryLock& m) {
+    const std::string letter = r.word("rotary", "A", {"A", "B", "C"});
+    m.letter = letter.empty() ? 'A' : letter.front();
+    m.angle = angle(r, "angle_deg", m.angle, -3600.0, 3600.0);
+    m.lead = leaning(r, "lead_deg");
+    m.tilt = leaning(r, "tilt_deg");
+}
+void write_method(ordered_json& j, const RotaryLock& m) {
+    j["rotary"] = std::string(1, m.letter);
+    j["angle_deg"] = degrees(m.angle);
+    j["lead_deg"] = degrees(m.lead);
+    j["tilt_deg"] = degrees(m.tilt);
+}
+
+void read_method(TomlReader& r, PlaneAxis& m) {
+    if (!r.has("normal")) r.wrong("normal", "is missing; give the direction the tool never leans towards, such as [1, 0, 0]");
+    m.normal = r.direction("normal").value_or(m.normal);
+    m.lead = leaning(r, "lead_deg");
+    m.tilt = leaning(r, "tilt_deg");
+}
+void write_method(ordered_json& j, const PlaneAxis& m) {
+    j["normal"] = json_of(m.normal);
+    j["lead_deg"] = degrees(m.lead);
+    j["tilt_deg"] = degrees(m.tilt);
+}
+
+void read_method(TomlReader& r, KeyAxes& m) {
+    m.keys.clear();
+    for (const auto& k : rows_of(r, "keys", 4, "axes along the pass, [[fraction, i, j, k], ...]"))
+        m.keys.push_back({k[0], Vec3(k[1], k[2], k[3])});
+}
+void write_method(ordered_json& j, const KeyAxes& m) {
+    j["keys"] = ordered_json::array();
+    for (const auto& k : m.keys) j["keys"].push_back({k.at, k.axis.x(), k.axis.y(), k.axis.z()});
 }
 
 constexpr std::string_view kVariants[] = {"I", "II", "dual"};
@@ -93,6 +233,14 @@ void select(std::string_view name, Method& method) {
 void read_orientation(TomlReader r, const fs::path&, Job& job) {
     select(r.word("method", std::string(Sturz::name), method_names()), job.method);
     std::visit([&](auto& m) { read_method(r, m); }, job.method);
+    if (auto* normals = std::get_if<SurfaceNormals>(&job.method)) {
+        if (r.has("surface") == (normals->face >= 0))
+            r.wrong("face", normals->face >= 0 ? "and surface cannot both be given" : "or surface is missing: say whose normals");
+        if (r.has("surface")) {
+            TomlReader surface = r.table("surface");
+            job.guide = read_surface(surface);
+        }
+    }
     r.word("outcome", "fail", {"fail"});
     r.finish();
 }
@@ -105,6 +253,7 @@ ordered_json json_of_orientation(const Job& job) {
             write_method(j, m);
         },
         job.method);
+    if (job.guide) j["surface"] = json_of(*job.guide);
     j["outcome"] = "fail";
     return j;
 }

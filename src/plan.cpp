@@ -147,6 +147,44 @@ double margin_at(const Setup& s, const ContactPath& contacts, std::size_t i, con
     return margin;
 }
 
+/// The job's method with what only the machine or a second surface can say.
+Result<Method> resolved_method(const Job& job, const Setup& s) {
+    Method method = job.method;
+    if (auto* lock = std::get_if<RotaryLock>(&method)) {
+        const auto& rotary = s.machine.rotary;
+        const std::size_t k = rotary[0].letter == lock->letter ? 0 : 1;
+        if (rotary[k].letter != lock->letter)
+            return fail(ErrorCode::invalid_input, fmt::format("orientation.rotary = \"{}\": {} has the rotary axes {} and {}",
+                                                              lock->letter, s.machine.name, rotary[0].letter, rotary[1].letter));
+        const AxisLimits& travel = rotary[k].limits;
+        if (!(lock->angle >= travel.lo && lock->angle <= travel.hi))
+            return fail(ErrorCode::invalid_input,
+                        fmt::format("orientation.angle_deg = {:.6g} leaves the travel of {} of {}, {:.6g} to {:.6g} deg",
+                                    degrees(lock->angle), lock->letter, s.machine.name, degrees(travel.lo), degrees(travel.hi)));
+        // The other axis carries the tool round a circle: three of its places tell which.
+        std::array<Vec3, 3> T;
+        for (std::size_t i = 0; i < 3; ++i) {
+            JointPosition joints{};
+            joints[3 + k] = lock->angle;
+            joints[4 - k] = 2.0 * kPi / 3.0 * static_cast<double>(i);
+            T[i] = forward(s.machine, joints, s.motion.tool_length).axis;
+        }
+        const auto pole = UnitVector::from((T[1] - T[0]).cross(T[2] - T[0]));
+        lock->cone = pole ? RotaryLock::Cone{*pole, pole->vec().dot(T[0])} : RotaryLock::Cone{T[0], 1.0};
+    }
+    if (auto* normals = std::get_if<SurfaceNormals>(&method); normals && job.guide) {
+        auto surface = make_surface(*job.guide);
+        if (!surface) return fail_in(std::move(surface), "orientation.surface");
+        if (job.guide->patch_uv) {
+            const auto& p = *job.guide->patch_uv;
+            surface = surface->restricted({p[0], p[1]}, {p[2], p[3]});
+            if (!surface) return fail_in(std::move(surface), "orientation.surface.patch_uv");
+        }
+        normals->surface = std::move(*surface);
+    }
+    return method;
+}
+
 /// How much shorter than the job's tolerances ask the steps are taken; 1 = not shorter.
 struct Steps {
     double chord = 1.0, angle = 1.0;
@@ -169,6 +207,9 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
                          Vec3::UnitX(), Vec3::UnitZ());
         path_scene.lead = start.lead;
         path_scene.tilt = start.tilt;
+    } else {
+        // The lean is not known before the path is: a steep tool leaves the highest scallops.
+        path_scene.lead = radians(75.0);
     }
     watch.stage("path");
     auto contacts = plan_path(job.pattern, path_scene, control);
@@ -180,7 +221,9 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
     scene.clearance = [&](std::size_t i, const Vec3& T) { return margin_at(s, *contacts, i, T); };
     scene.refuse = [&](std::size_t i, std::string why) { poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why)); };
     scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
-    auto axes = orient(*contacts, job.method, scene, control);
+    auto method = resolved_method(job, s);
+    if (!method) return fail_up(std::move(method));
+    auto axes = orient(*contacts, *method, scene, control);
     if (!axes) return fail_up(std::move(axes));
 
     watch.stage("pose");

@@ -10,8 +10,17 @@
 
 #include "trunnion/base/control.hpp"
 #include "trunnion/cutter/cutter.hpp"
+#include "trunnion/orientation/curve_axis.hpp"
+#include "trunnion/orientation/fixed_vector.hpp"
+#include "trunnion/orientation/key_axes.hpp"
+#include "trunnion/orientation/lean_range.hpp"
+#include "trunnion/orientation/line_axis.hpp"
+#include "trunnion/orientation/plane_axis.hpp"
+#include "trunnion/orientation/point_axis.hpp"
 #include "trunnion/orientation/rmf.hpp"
+#include "trunnion/orientation/rotary_lock.hpp"
 #include "trunnion/orientation/sturz.hpp"
+#include "trunnion/orientation/surface_normals.hpp"
 #include "trunnion/part/part.hpp"
 #include "trunnion/path/contact_path.hpp"
 
@@ -40,10 +49,13 @@ concept OrientationMethod = requires(const M& method, const ContactPath& path, c
     { M::name } -> std::convertible_to<std::string_view>;                // as in job files and reports
 };
 
-static_assert(OrientationMethod<Sturz> && OrientationMethod<Rmf>);
-
 /// The closed table. A new method touches its header, source, test, docs page and this line.
-using Method = std::variant<Sturz, Rmf>;
+using Method = std::variant<Sturz, FixedVector, PointAxis, LineAxis, CurveAxis, SurfaceNormals, LeanRange, RotaryLock, PlaneAxis,
+                            KeyAxes, Rmf>;
+
+static_assert([]<class... M>(const std::variant<M...>*) {
+    return (OrientationMethod<M> && ...);
+}(static_cast<const Method*>(nullptr)));
 
 std::vector<std::string_view> method_names();
 
