@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "outcome.hpp"
 #include "setup.hpp"
 #include "trunnion/base/file.hpp"
 #include "trunnion/base/parallel.hpp"
@@ -126,26 +127,9 @@ struct Poses {
     ContactPath contacts;
     PosePath path;
     std::map<std::int64_t, std::string> refused;  // contacts whose axes the method itself takes back
-    std::vector<std::string> notes;               // of the method
+    std::vector<std::string> notes;               // of the method, its steps and the outcome
+    OutcomeReport outcome;
 };
-
-/// What the whole tool has beyond what the job wants, standing at a contact: for methods that ask before they choose.
-double margin_at(const Setup& s, const ContactPath& contacts, std::size_t i, const Vec3& T) {
-    const auto tip = tool_tip(s.cutter, contacts.cc[i], contacts.n[i], T);
-    if (!tip) return -std::numeric_limits<double>::infinity();
-    double margin = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < s.cutter.pieces().size(); ++k) {
-        const bool cutting = s.cutter.pieces()[k].kind == PieceKind::cutter;
-        const double wanted = cutting ? -s.check.gouge : s.check.clearance;
-        // The same gaps as the check's, or its verdict could differ.
-        const double gap = cutting ? 0.1 * s.check.gouge : 0.1 * std::max(s.check.chord, 1e-3 * s.check.clearance);
-        DistanceHint hint;
-        if (cutting) hint.point = contacts.cc[i];
-        margin = std::min(margin, piece_distance(s.scene, s.cutter, k, *tip, T, gap, s.check.clearance_cap, hint).lower - wanted);
-        if (margin < 0.0) break;  // the check says how much; here no is enough
-    }
-    return margin;
-}
 
 /// The job's method with what only the machine or a second surface can say.
 Result<Method> resolved_method(const Job& job, const Setup& s) {
@@ -225,6 +209,23 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
     if (!method) return fail_up(std::move(method));
     auto axes = orient(*contacts, *method, scene, control);
     if (!axes) return fail_up(std::move(axes));
+    for (const AxisStep& step : job.then) {
+        auto next = apply_step(step, *contacts, *axes, scene, control);
+        if (!next) return fail_up(std::move(next));
+        // What the method took back counts no longer where a step that looks at the pose chose another axis.
+        constexpr double kMoved = 1e-9;
+        if (std::holds_alternative<ClampAxes>(step) || std::holds_alternative<RepairAxes>(step))
+            std::erase_if(poses.refused, [&](const auto& r) {
+                const auto i = static_cast<std::size_t>(r.first);
+                return angle_between((*axes)[i], (*next)[i]) > kMoved;
+            });
+        axes = std::move(next);
+    }
+    if (job.outcome == Outcome::trim) {
+        auto trimmed = trim(s, *contacts, *axes, poses.refused, control);
+        if (!trimmed) return fail_up(std::move(trimmed));
+        poses.outcome = std::move(*trimmed);
+    }
 
     watch.stage("pose");
     auto cuts = place_cutter(*contacts, *axes, s.cutter);
@@ -233,6 +234,12 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
         std::any_of(s.faces.begin(), s.faces.end(), [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
     if (facets)
         if (auto lifted = lift_off_facets(*cuts, *contacts, s, control); !lifted) return fail_up(std::move(lifted));
+    if (job.outcome == Outcome::retract) {
+        auto drawn = retract(s, *contacts, *cuts, control);
+        if (!drawn) return fail_up(std::move(drawn));
+        poses.outcome = std::move(*drawn);
+    }
+    for (std::string& note : poses.outcome.notes) poses.notes.push_back(std::move(note));
     LinkOptions links;
     links.surface = clearance_surface(job, s, *cuts);
     links.lead = job.lead;
@@ -508,7 +515,12 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
     for (const std::string& w : poses->notes) doc.warnings.push_back(fmt::format("orientation: {}", w));
     for (const std::string& w : moved->warnings()) doc.warnings.push_back(w);
     for (const std::string& p : s.part->problems) doc.warnings.push_back("part: " + p);
-    const ordered_json metrics = metrics_of(poses->contacts, poses->path, *moved, s);
+    ordered_json metrics = metrics_of(poses->contacts, poses->path, *moved, s);
+    if (job.outcome == Outcome::trim) metrics["trimmed_contacts"] = poses->outcome.trimmed;
+    if (job.outcome == Outcome::retract) {
+        metrics["retracted_contacts"] = poses->outcome.retracted;
+        metrics["greatest_retract_mm"] = poses->outcome.greatest_retract;
+    }
     doc.metrics_json = metrics.dump();
 
     Plan plan;
