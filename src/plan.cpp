@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "outcome.hpp"
 #include "setup.hpp"
 #include "trunnion/base/file.hpp"
 #include "trunnion/base/parallel.hpp"
@@ -126,7 +127,48 @@ Result<std::vector<double>> low_links(const PosePath& cuts, const LinkOptions& l
 struct Poses {
     ContactPath contacts;
     PosePath path;
+    std::map<std::int64_t, std::string> refused;  // contacts whose axes the method itself takes back
+    std::vector<std::string> notes;               // of the method, its steps and the outcome
+    OutcomeReport outcome;
 };
+
+/// The job's method with what only the machine or a second surface can say.
+Result<Method> resolved_method(const Job& job, const Setup& s) {
+    Method method = job.method;
+    if (auto* lock = std::get_if<RotaryLock>(&method)) {
+        const auto& rotary = s.machine.rotary;
+        const std::size_t k = rotary[0].letter == lock->letter ? 0 : 1;
+        if (rotary[k].letter != lock->letter)
+            return fail(ErrorCode::invalid_input, fmt::format("orientation.rotary = \"{}\": {} has the rotary axes {} and {}",
+                                                              lock->letter, s.machine.name, rotary[0].letter, rotary[1].letter));
+        const AxisLimits& travel = rotary[k].limits;
+        if (!(lock->angle >= travel.lo && lock->angle <= travel.hi))
+            return fail(ErrorCode::invalid_input,
+                        fmt::format("orientation.angle_deg = {:.6g} leaves the travel of {} of {}, {:.6g} to {:.6g} deg",
+                                    degrees(lock->angle), lock->letter, s.machine.name, degrees(travel.lo), degrees(travel.hi)));
+        // The other axis carries the tool round a circle: three of its places tell which.
+        std::array<Vec3, 3> T;
+        for (std::size_t i = 0; i < 3; ++i) {
+            JointPosition joints{};
+            joints[3 + k] = lock->angle;
+            joints[4 - k] = 2.0 * kPi / 3.0 * static_cast<double>(i);
+            T[i] = forward(s.machine, joints, s.motion.tool_length).axis;
+        }
+        const auto pole = UnitVector::from((T[1] - T[0]).cross(T[2] - T[0]));
+        lock->cone = pole ? RotaryLock::Cone{*pole, pole->vec().dot(T[0])} : RotaryLock::Cone{T[0], 1.0};
+    }
+    if (auto* normals = std::get_if<SurfaceNormals>(&method); normals && job.guide) {
+        auto surface = make_surface(*job.guide);
+        if (!surface) return fail_in(std::move(surface), "orientation.surface");
+        if (job.guide->patch_uv) {
+            const auto& p = *job.guide->patch_uv;
+            surface = surface->restricted({p[0], p[1]}, {p[2], p[3]});
+            if (!surface) return fail_in(std::move(surface), "orientation.surface.patch_uv");
+        }
+        normals->surface = std::move(*surface);
+    }
+    return method;
+}
 
 /// How much shorter than the job's tolerances ask the steps are taken; 1 = not shorter.
 struct Steps {
@@ -142,15 +184,49 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
     if (const auto* sturz = std::get_if<Sturz>(&job.method)) {
         path_scene.lead = sturz->lead;
         path_scene.tilt = sturz->tilt;
+    } else if (const auto* rmf = std::get_if<Rmf>(&job.method)) {
+        // Not yet known with "auto": a steep tool leaves the highest scallops.
+        const LeadTilt start =
+            lead_tilt_of(axis_from(InclinationYaw{rmf->inclination.value_or(rmf->greatest_inclination), rmf->yaw.value_or(0.0)},
+                                   Vec3::UnitX(), Vec3::UnitZ()),
+                         Vec3::UnitX(), Vec3::UnitZ());
+        path_scene.lead = start.lead;
+        path_scene.tilt = start.tilt;
+    } else {
+        // The lean is not known before the path is: a steep tool leaves the highest scallops.
+        path_scene.lead = radians(75.0);
     }
     watch.stage("path");
     auto contacts = plan_path(job.pattern, path_scene, control);
     if (!contacts) return fail_up(std::move(contacts));
 
     watch.stage("orientation");
+    Poses poses;
     Scene scene{*s.part, s.cutter};
-    auto axes = orient(*contacts, job.method, scene, control);
+    scene.clearance = [&](std::size_t i, const Vec3& T) { return margin_at(s, *contacts, i, T); };
+    scene.refuse = [&](std::size_t i, std::string why) { poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why)); };
+    scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
+    auto method = resolved_method(job, s);
+    if (!method) return fail_up(std::move(method));
+    auto axes = orient(*contacts, *method, scene, control);
     if (!axes) return fail_up(std::move(axes));
+    for (const AxisStep& step : job.then) {
+        auto next = apply_step(step, *contacts, *axes, scene, control);
+        if (!next) return fail_up(std::move(next));
+        // What the method took back counts no longer where a step that looks at the pose chose another axis.
+        constexpr double kMoved = 1e-9;
+        if (std::holds_alternative<ClampAxes>(step) || std::holds_alternative<RepairAxes>(step))
+            std::erase_if(poses.refused, [&](const auto& r) {
+                const auto i = static_cast<std::size_t>(r.first);
+                return angle_between((*axes)[i], (*next)[i]) > kMoved;
+            });
+        axes = std::move(next);
+    }
+    if (job.outcome == Outcome::trim) {
+        auto trimmed = trim(s, *contacts, *axes, poses.refused, control);
+        if (!trimmed) return fail_up(std::move(trimmed));
+        poses.outcome = std::move(*trimmed);
+    }
 
     watch.stage("pose");
     auto cuts = place_cutter(*contacts, *axes, s.cutter);
@@ -159,6 +235,12 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
         std::any_of(s.faces.begin(), s.faces.end(), [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
     if (facets)
         if (auto lifted = lift_off_facets(*cuts, *contacts, s, control); !lifted) return fail_up(std::move(lifted));
+    if (job.outcome == Outcome::retract) {
+        auto drawn = retract(s, *contacts, *cuts, control);
+        if (!drawn) return fail_up(std::move(drawn));
+        poses.outcome = std::move(*drawn);
+    }
+    for (std::string& note : poses.outcome.notes) poses.notes.push_back(std::move(note));
     LinkOptions links;
     links.surface = clearance_surface(job, s, *cuts);
     links.lead = job.lead;
@@ -169,7 +251,9 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
     }
     auto path = link_passes(*cuts, links);
     if (!path) return fail_up(std::move(path));
-    return Poses{std::move(*contacts), std::move(*path)};
+    poses.contacts = std::move(*contacts);
+    poses.path = std::move(*path);
+    return poses;
 }
 
 /// True where chords alone fail: some move of a cut is too deep although the cutter is clear at both its ends.
@@ -413,7 +497,9 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
         if (!made) return fail_up(std::move(made));
         poses = std::move(*made);
         watch.stage("check");
-        auto result = check_path(poses->path, s.cutter, s.scene, s.check, control, contact_points(poses->path, poses->contacts));
+        CheckOptions check = s.check;
+        check.refused = poses->refused;
+        auto result = check_path(poses->path, s.cutter, s.scene, check, control, contact_points(poses->path, poses->contacts));
         if (!result) {
             if (result.error().code != ErrorCode::cancelled) return fail_up(std::move(result));
             fill_poses(doc, poses->path, poses->contacts);
@@ -443,9 +529,15 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
     fill_strip(doc, s, job.tolerance.scallop);
     fill_checks(doc, moved->checked());
     fill_machine(doc, *moved);
+    for (const std::string& w : poses->notes) doc.warnings.push_back(fmt::format("orientation: {}", w));
     for (const std::string& w : moved->warnings()) doc.warnings.push_back(w);
     for (const std::string& p : s.part->problems) doc.warnings.push_back("part: " + p);
-    const ordered_json metrics = metrics_of(poses->contacts, poses->path, *moved, s);
+    ordered_json metrics = metrics_of(poses->contacts, poses->path, *moved, s);
+    if (job.outcome == Outcome::trim) metrics["trimmed_contacts"] = poses->outcome.trimmed;
+    if (job.outcome == Outcome::retract) {
+        metrics["retracted_contacts"] = poses->outcome.retracted;
+        metrics["greatest_retract_mm"] = poses->outcome.greatest_retract;
+    }
     doc.metrics_json = metrics.dump();
 
     Plan plan;

@@ -9,6 +9,7 @@
 
 #include "trunnion/base/tolerance.hpp"
 #include "trunnion/cutter/cutter.hpp"
+#include "trunnion/orientation/axis_step.hpp"
 #include "trunnion/orientation/method.hpp"
 #include "trunnion/part/surface.hpp"
 #include "trunnion/path/pattern.hpp"
@@ -22,6 +23,13 @@ struct SurfaceSpec {
     std::optional<BSplineData> spline;
     std::optional<std::array<double, 4>> patch_uv;  ///< u0, u1, v0, v1
     bool flip_normal = false;
+};
+
+/// What becomes of contacts at which the whole tool is not clear.
+enum class Outcome {
+    fail,     ///< the plan is not valid
+    trim,     ///< they are left out; the pass is split there
+    retract,  ///< the tool is drawn back along its axis until it is clear
 };
 
 struct Job {
@@ -40,6 +48,9 @@ struct Job {
     Pattern pattern;
     // [orientation]
     Method method;
+    std::vector<AxisStep> then;  ///< behind the method, in order
+    Outcome outcome = Outcome::fail;
+    std::optional<SurfaceSpec> guide;  ///< of `normals`: a second surface given in place
     // [links]
     std::optional<ClearanceSurface> clearance_surface;  ///< empty: chosen from the part and the axes
     double lead = 2.0;                                  ///< mm
