@@ -31,6 +31,16 @@ TEST(Job, SurvivesTheWayThroughItsResolvedForm) {
         "[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0.1]]], "
         "weights = [[1, 2], [1, 1]], patch_uv = [0.1, 0.9, 0.2, 0.8] }\n[cutter]\nshape = \"conical\"\ndiameter_mm = "
         "12\ncorner_mm = 2\nbarrel_radius_mm = 80\nflute_mm = 25\n");
+    const std::string flat = "[part]\nfile = \"a.step\"\n[cutter]\ndiameter_mm = 4\n[path]\n";
+    expect_round_trip(flat + "pattern = \"curve\"\nuv = [[0, 0.1], [0.5, 0.25], [1, 0.3]]\nstep_mm = 2\n");
+    expect_round_trip(flat + "pattern = \"points\"\nxy = [[0, 0.1], [0.5, 0.25]]\ndrop_axis = [0, 0.6, 0.8]\n");
+    const cli_tests::Folder folder;
+    folder.write("p.csv", "# made by hand\nx, y\n1, 2\n\n3; 4.5  # last\n");
+    const auto job = job_from_toml(flat + "pattern = \"points\"\nfile = \"p.csv\"\n", folder / "job.toml");
+    ASSERT_TRUE(job) << job.error().text();
+    const auto& points = std::get<GivenPoints>(job->pattern);
+    ASSERT_EQ(points.xy.size(), 2u);
+    EXPECT_EQ(points.xy[1], Vec2(3.0, 4.5));
 }
 
 TEST(Job, SettingsOverrideTheFile) {
@@ -61,6 +71,7 @@ TEST(Job, EveryWrongValueIsRefusedWithItsKey) {
                                                                                        {"part.faces=[-1]", "faces"},
                                                                                        {"part.file=x.step", "surface"},
                                                                                        {"links.lead_mm=0", "lead_mm"},
+                                                                                       {"path.pattern=curve", "uv"},
                                                                                        {"part=3", "part"}}) {
         const auto job = job_from_toml(good, "/tmp/job.toml", {setting});
         ASSERT_FALSE(job) << setting;

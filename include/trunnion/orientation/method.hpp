@@ -10,6 +10,7 @@
 
 #include "trunnion/base/control.hpp"
 #include "trunnion/cutter/cutter.hpp"
+#include "trunnion/orientation/rmf.hpp"
 #include "trunnion/orientation/sturz.hpp"
 #include "trunnion/part/part.hpp"
 #include "trunnion/path/contact_path.hpp"
@@ -23,8 +24,14 @@ using ToolAxes = std::vector<Vec3>;
 struct Scene {
     const Part& part;
     const Cutter& cutter;
-    /// Least signed distance (mm, proved) of the whole tool to everything when it touches contact i with this axis.
+    /// By how much (mm, proved) the whole tool is clear when it touches contact i with this axis: the least of what the cutter
+    /// has beyond the gouge tolerance and of what shank and holder have beyond their clearance. Not clear below zero.
+    /// Thread-safe.
     std::function<double(std::size_t contact, const Vec3& axis)> clearance{};
+    /// Told of a contact whose axis must not be posted whatever the check says, with the reason.
+    std::function<void(std::size_t contact, std::string why)> refuse{};
+    /// Told what the user ought to know: one sentence.
+    std::function<void(std::string what)> note{};
 };
 
 template <class M>
@@ -33,10 +40,10 @@ concept OrientationMethod = requires(const M& method, const ContactPath& path, c
     { M::name } -> std::convertible_to<std::string_view>;                // as in job files and reports
 };
 
-static_assert(OrientationMethod<Sturz>);
+static_assert(OrientationMethod<Sturz> && OrientationMethod<Rmf>);
 
 /// The closed table. A new method touches its header, source, test, docs page and this line.
-using Method = std::variant<Sturz>;
+using Method = std::variant<Sturz, Rmf>;
 
 std::vector<std::string_view> method_names();
 
