@@ -1,5 +1,7 @@
 #include "job_orientation.hpp"
 
+#include "job_positioning.hpp"
+
 #include <nlohmann/json.hpp>
 
 namespace trunnion {
@@ -91,20 +93,27 @@ void select(std::string_view name, Method& method) {
 }  // namespace
 
 void read_orientation(TomlReader r, const fs::path&, Job& job) {
-    select(r.word("method", std::string(Sturz::name), method_names()), job.method);
-    std::visit([&](auto& m) { read_method(r, m); }, job.method);
+    std::vector<std::string_view> names = method_names();
+    for (const std::string_view name : positioning_names()) names.push_back(name);
+    const std::string name = r.word("method", std::string(Sturz::name), names);
+    select(name, job.method);
+    job.positioning = read_positioning(r, name);
+    if (!job.positioning) std::visit([&](auto& m) { read_method(r, m); }, job.method);
     r.word("outcome", "fail", {"fail"});
     r.finish();
 }
 
 ordered_json json_of_orientation(const Job& job) {
     ordered_json j;
-    std::visit(
-        [&](const auto& m) {
-            j["method"] = m.name;
-            write_method(j, m);
-        },
-        job.method);
+    if (job.positioning)
+        j = json_of_positioning(*job.positioning);
+    else
+        std::visit(
+            [&](const auto& m) {
+                j["method"] = m.name;
+                write_method(j, m);
+            },
+            job.method);
     j["outcome"] = "fail";
     return j;
 }

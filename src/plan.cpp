@@ -127,6 +127,7 @@ struct Poses {
     PosePath path;
     std::map<std::int64_t, std::string> refused;  // contacts whose axes the method itself takes back
     std::vector<std::string> notes;               // of the method
+    std::vector<MultipointPose> positions;        // of a positioning method, one per contact
 };
 
 /// What the whole tool has beyond what the job wants, standing at a contact: for methods that ask before they choose.
@@ -152,6 +153,11 @@ struct Steps {
     double chord = 1.0, angle = 1.0;
 };
 
+/// How many times denser rows of footprints stand for these steps: a chord's error falls with the square of its length.
+int denser(const Steps& steps) {
+    return static_cast<int>(std::lround(std::exp2(std::ceil(0.5 * std::log2(1.0 / steps.chord)))));
+}
+
 /// Path, orientation, placing and links.
 Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Stopwatch& watch, const Control& control) {
     Tolerance tolerance = job.tolerance;
@@ -170,26 +176,40 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
         path_scene.lead = start.lead;
         path_scene.tilt = start.tilt;
     }
-    watch.stage("path");
-    auto contacts = plan_path(job.pattern, path_scene, control);
-    if (!contacts) return fail_up(std::move(contacts));
-
-    watch.stage("orientation");
     Poses poses;
-    Scene scene{*s.part, s.cutter};
-    scene.clearance = [&](std::size_t i, const Vec3& T) { return margin_at(s, *contacts, i, T); };
-    scene.refuse = [&](std::size_t i, std::string why) { poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why)); };
-    scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
-    auto axes = orient(*contacts, job.method, scene, control);
-    if (!axes) return fail_up(std::move(axes));
+    Result<PosePath> cuts = PosePath{};
+    Result<ContactPath> contacts = ContactPath{};
+    if (job.positioning) {
+        watch.stage("pose");
+        auto placed = position(*job.positioning, job.pattern, path_scene, denser(steps), control);
+        if (!placed) return fail_in(std::move(placed), std::string(Multipoint::name));
+        contacts = std::move(placed->contacts);
+        cuts = std::move(placed->cuts);
+        poses.positions = std::move(placed->poses);
+        poses.notes = std::move(placed->notes);
+    } else {
+        watch.stage("path");
+        contacts = plan_path(job.pattern, path_scene, control);
+        if (!contacts) return fail_up(std::move(contacts));
 
-    watch.stage("pose");
-    auto cuts = place_cutter(*contacts, *axes, s.cutter);
-    if (!cuts) return fail_up(std::move(cuts));
-    const bool facets =
-        std::any_of(s.faces.begin(), s.faces.end(), [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
-    if (facets)
-        if (auto lifted = lift_off_facets(*cuts, *contacts, s, control); !lifted) return fail_up(std::move(lifted));
+        watch.stage("orientation");
+        Scene scene{*s.part, s.cutter};
+        scene.clearance = [&](std::size_t i, const Vec3& T) { return margin_at(s, *contacts, i, T); };
+        scene.refuse = [&](std::size_t i, std::string why) {
+            poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why));
+        };
+        scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
+        auto axes = orient(*contacts, job.method, scene, control);
+        if (!axes) return fail_up(std::move(axes));
+
+        watch.stage("pose");
+        cuts = place_cutter(*contacts, *axes, s.cutter);
+        if (!cuts) return fail_up(std::move(cuts));
+        const bool facets = std::any_of(s.faces.begin(), s.faces.end(),
+                                        [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
+        if (facets)
+            if (auto lifted = lift_off_facets(*cuts, *contacts, s, control); !lifted) return fail_up(std::move(lifted));
+    }
     LinkOptions links;
     links.surface = clearance_surface(job, s, *cuts);
     links.lead = job.lead;
@@ -266,6 +286,34 @@ void fill_poses(PlanDocument& doc, const PosePath& poses, const ContactPath& con
         doc.lead_deg[i] = degrees(angles.lead);
         doc.tilt_deg[i] = degrees(angles.tilt);
     }
+}
+
+/// What a positioning method knows of each pose.
+void fill_positions(PlanDocument& doc, const Poses& poses) {
+    if (poses.positions.empty()) return;
+    const std::size_t n = poses.path.size();
+    doc.second_contact.assign(n, Vec3::Constant(kNaN));
+    doc.safe_tilt_deg.assign(n, Vec2::Constant(kNaN));
+    doc.status.assign(n, "");
+    const auto column = [&](const char* name, auto&& value) {
+        std::vector<double>& all = doc.extra[name];
+        all.assign(n, kNaN);
+        for (std::size_t i = 0; i < n; ++i)
+            if (poses.path.contact[i] >= 0) all[i] = value(poses.positions[static_cast<std::size_t>(poses.path.contact[i])]);
+    };
+    for (std::size_t i = 0; i < n; ++i) {
+        if (poses.path.contact[i] < 0) continue;
+        const MultipointPose& p = poses.positions[static_cast<std::size_t>(poses.path.contact[i])];
+        doc.second_contact[i] = p.Q;
+        doc.safe_tilt_deg[i] = {degrees(p.tilt_minus), degrees(p.tilt_plus)};
+        doc.status[i] = name_of(p.status);
+    }
+    using P = const MultipointPose&;
+    column("tilt_about_insert_deg", [](P p) { return degrees(p.tilt); });
+    column("z_c", [](P p) { return p.z_c; });
+    column("separation_mm", [](P p) { return p.separation(); });
+    column("k_min_per_mm", [](P p) { return p.k_min; });
+    column("certified_gouge_mm", [](P p) { return p.certified_gouge; });
 }
 
 void fill_checks(PlanDocument& doc, const CheckedPath& checked) {
@@ -440,7 +488,8 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
             return interrupted(std::move(doc));
         }
         checked = std::move(*result);
-        if (round == kRounds || !chords_fail(*checked, s.check)) break;
+        // Given points stay as they are: nothing may be put between them.
+        if (round == kRounds || std::holds_alternative<GivenPoints>(job.pattern) || !chords_fail(*checked, s.check)) break;
         steps.chord *= 0.5;
         steps.angle *= 0.7;
         control.say(fmt::format("between poses the cutter goes deeper than allowed: again with chord {:.4g} mm, {:.3g} deg",
@@ -460,6 +509,7 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
     }
     poses->path = moved->poses();
     fill_poses(doc, poses->path, poses->contacts);
+    fill_positions(doc, *poses);
     fill_checks(doc, moved->checked());
     fill_machine(doc, *moved);
     for (const std::string& w : poses->notes) doc.warnings.push_back(fmt::format("orientation: {}", w));

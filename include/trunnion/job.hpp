@@ -13,6 +13,7 @@
 #include "trunnion/part/surface.hpp"
 #include "trunnion/path/pattern.hpp"
 #include "trunnion/pose/place.hpp"
+#include "trunnion/pose/positioning.hpp"
 
 namespace trunnion {
 
@@ -40,6 +41,7 @@ struct Job {
     Pattern pattern;
     // [orientation]
     Method method;
+    std::optional<Multipoint> positioning;  ///< instead of `method`: contact and axis are found together
     // [links]
     std::optional<ClearanceSurface> clearance_surface;  ///< empty: chosen from the part and the axes
     double lead = 2.0;                                  ///< mm
