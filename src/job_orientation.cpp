@@ -1,5 +1,7 @@
 #include "job_orientation.hpp"
 
+#include "job_positioning.hpp"
+
 #include <nlohmann/json.hpp>
 
 #include "job_table.hpp"
@@ -276,7 +278,16 @@ void select(std::string_view name, V& method) {
 }  // namespace
 
 void read_orientation(TomlReader r, const fs::path&, Job& job) {
-    select(r.word("method", std::string(Sturz::name), method_names()), job.method);
+    std::vector<std::string_view> names = method_names();
+    for (const std::string_view name : positioning_names()) names.push_back(name);
+    const std::string name = r.word("method", std::string(Sturz::name), names);
+    job.positioning = read_positioning(r, name);
+    if (job.positioning) {
+        // Its poses come whole: there are no axes for steps to better, nor passes to trim.
+        r.word("outcome", "fail", {"fail"});
+        return r.finish();
+    }
+    select(name, job.method);
     std::visit([&](auto& m) { read_method(r, m); }, job.method);
     if (auto* normals = std::get_if<SurfaceNormals>(&job.method)) {
         if (r.has("surface") == (normals->face >= 0))
@@ -301,6 +312,11 @@ void read_orientation(TomlReader r, const fs::path&, Job& job) {
 
 ordered_json json_of_orientation(const Job& job) {
     ordered_json j;
+    if (job.positioning) {
+        j = json_of_positioning(*job.positioning);
+        j["outcome"] = "fail";
+        return j;
+    }
     std::visit(
         [&](const auto& m) {
             j["method"] = m.name;

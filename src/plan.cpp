@@ -129,6 +129,7 @@ struct Poses {
     PosePath path;
     std::map<std::int64_t, std::string> refused;  // contacts whose axes the method itself takes back
     std::vector<std::string> notes;               // of the method, its steps and the outcome
+    std::vector<MultipointPose> positions;        // of a positioning method, one per contact
     OutcomeReport outcome;
 };
 
@@ -175,6 +176,11 @@ struct Steps {
     double chord = 1.0, angle = 1.0;
 };
 
+/// How many times denser rows of footprints stand for these steps: a chord's error falls with the square of its length.
+int denser(const Steps& steps) {
+    return static_cast<int>(std::lround(std::exp2(std::ceil(0.5 * std::log2(1.0 / steps.chord)))));
+}
+
 /// Path, orientation, placing and links.
 Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Stopwatch& watch, const Control& control) {
     Tolerance tolerance = job.tolerance;
@@ -196,49 +202,61 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
         // The lean is not known before the path is: a steep tool leaves the highest scallops.
         path_scene.lead = radians(75.0);
     }
-    watch.stage("path");
-    auto contacts = plan_path(job.pattern, path_scene, control);
-    if (!contacts) return fail_up(std::move(contacts));
-
-    watch.stage("orientation");
     Poses poses;
-    Scene scene{*s.part, s.cutter};
-    scene.clearance = [&](std::size_t i, const Vec3& T) { return margin_at(s, *contacts, i, T); };
-    scene.refuse = [&](std::size_t i, std::string why) { poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why)); };
-    scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
-    auto method = resolved_method(job, s);
-    if (!method) return fail_up(std::move(method));
-    auto axes = orient(*contacts, *method, scene, control);
-    if (!axes) return fail_up(std::move(axes));
-    for (const AxisStep& step : job.then) {
-        auto next = apply_step(step, *contacts, *axes, scene, control);
-        if (!next) return fail_up(std::move(next));
-        // What the method took back counts no longer where a step that looks at the pose chose another axis.
-        constexpr double kMoved = 1e-9;
-        if (std::holds_alternative<ClampAxes>(step) || std::holds_alternative<RepairAxes>(step))
-            std::erase_if(poses.refused, [&](const auto& r) {
-                const auto i = static_cast<std::size_t>(r.first);
-                return angle_between((*axes)[i], (*next)[i]) > kMoved;
-            });
-        axes = std::move(next);
-    }
-    if (job.outcome == Outcome::trim) {
-        auto trimmed = trim(s, *contacts, *axes, poses.refused, control);
-        if (!trimmed) return fail_up(std::move(trimmed));
-        poses.outcome = std::move(*trimmed);
-    }
+    Result<PosePath> cuts = PosePath{};
+    Result<ContactPath> contacts = ContactPath{};
+    if (job.positioning) {
+        watch.stage("pose");
+        auto placed = position(*job.positioning, job.pattern, path_scene, denser(steps), control);
+        if (!placed) return fail_in(std::move(placed), std::string(Multipoint::name));
+        contacts = std::move(placed->contacts);
+        cuts = std::move(placed->cuts);
+        poses.positions = std::move(placed->poses);
+        poses.notes = std::move(placed->notes);
+    } else {
+        watch.stage("path");
+        contacts = plan_path(job.pattern, path_scene, control);
+        if (!contacts) return fail_up(std::move(contacts));
 
-    watch.stage("pose");
-    auto cuts = place_cutter(*contacts, *axes, s.cutter);
-    if (!cuts) return fail_up(std::move(cuts));
-    const bool facets =
-        std::any_of(s.faces.begin(), s.faces.end(), [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
-    if (facets)
-        if (auto lifted = lift_off_facets(*cuts, *contacts, s, control); !lifted) return fail_up(std::move(lifted));
-    if (job.outcome == Outcome::retract) {
-        auto drawn = retract(s, *contacts, *cuts, control);
-        if (!drawn) return fail_up(std::move(drawn));
-        poses.outcome = std::move(*drawn);
+        watch.stage("orientation");
+        Scene scene{*s.part, s.cutter};
+        scene.clearance = [&](std::size_t i, const Vec3& T) { return margin_at(s, *contacts, i, T); };
+        scene.refuse = [&](std::size_t i, std::string why) { poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why)); };
+        scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
+        auto method = resolved_method(job, s);
+        if (!method) return fail_up(std::move(method));
+        auto axes = orient(*contacts, *method, scene, control);
+        if (!axes) return fail_up(std::move(axes));
+        for (const AxisStep& step : job.then) {
+            auto next = apply_step(step, *contacts, *axes, scene, control);
+            if (!next) return fail_up(std::move(next));
+            // What the method took back counts no longer where a step that looks at the pose chose another axis.
+            constexpr double kMoved = 1e-9;
+            if (std::holds_alternative<ClampAxes>(step) || std::holds_alternative<RepairAxes>(step))
+                std::erase_if(poses.refused, [&](const auto& r) {
+                    const auto i = static_cast<std::size_t>(r.first);
+                    return angle_between((*axes)[i], (*next)[i]) > kMoved;
+                });
+            axes = std::move(next);
+        }
+        if (job.outcome == Outcome::trim) {
+            auto trimmed = trim(s, *contacts, *axes, poses.refused, control);
+            if (!trimmed) return fail_up(std::move(trimmed));
+            poses.outcome = std::move(*trimmed);
+        }
+
+        watch.stage("pose");
+        cuts = place_cutter(*contacts, *axes, s.cutter);
+        if (!cuts) return fail_up(std::move(cuts));
+        const bool facets =
+            std::any_of(s.faces.begin(), s.faces.end(), [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
+        if (facets)
+            if (auto lifted = lift_off_facets(*cuts, *contacts, s, control); !lifted) return fail_up(std::move(lifted));
+        if (job.outcome == Outcome::retract) {
+            auto drawn = retract(s, *contacts, *cuts, control);
+            if (!drawn) return fail_up(std::move(drawn));
+            poses.outcome = std::move(*drawn);
+        }
     }
     for (std::string& note : poses.outcome.notes) poses.notes.push_back(std::move(note));
     LinkOptions links;
@@ -332,6 +350,34 @@ void fill_strip(PlanDocument& doc, const Setup& s, double scallop) {
         if (const auto w = strip_width_second_order(s.cutter, form, doc.normal[i], doc.feed[i], doc.axis[i], scallop))
             doc.strip_width_mm[i] = *w;
     }
+}
+
+/// What a positioning method knows of each pose.
+void fill_positions(PlanDocument& doc, const Poses& poses) {
+    if (poses.positions.empty()) return;
+    const std::size_t n = poses.path.size();
+    doc.second_contact.assign(n, Vec3::Constant(kNaN));
+    doc.safe_tilt_deg.assign(n, Vec2::Constant(kNaN));
+    doc.status.assign(n, "");
+    const auto column = [&](const char* name, auto&& value) {
+        std::vector<double>& all = doc.extra[name];
+        all.assign(n, kNaN);
+        for (std::size_t i = 0; i < n; ++i)
+            if (poses.path.contact[i] >= 0) all[i] = value(poses.positions[static_cast<std::size_t>(poses.path.contact[i])]);
+    };
+    for (std::size_t i = 0; i < n; ++i) {
+        if (poses.path.contact[i] < 0) continue;
+        const MultipointPose& p = poses.positions[static_cast<std::size_t>(poses.path.contact[i])];
+        doc.second_contact[i] = p.Q;
+        doc.safe_tilt_deg[i] = {degrees(p.tilt_minus), degrees(p.tilt_plus)};
+        doc.status[i] = name_of(p.status);
+    }
+    using P = const MultipointPose&;
+    column("tilt_about_insert_deg", [](P p) { return degrees(p.tilt); });
+    column("z_c", [](P p) { return p.z_c; });
+    column("separation_mm", [](P p) { return p.separation(); });
+    column("k_min_per_mm", [](P p) { return p.k_min; });
+    column("certified_gouge_mm", [](P p) { return p.certified_gouge; });
 }
 
 void fill_checks(PlanDocument& doc, const CheckedPath& checked) {
@@ -506,7 +552,8 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
             return interrupted(std::move(doc));
         }
         checked = std::move(*result);
-        if (round == kRounds || !chords_fail(*checked, s.check)) break;
+        // Given points stay as they are: nothing may be put between them.
+        if (round == kRounds || std::holds_alternative<GivenPoints>(job.pattern) || !chords_fail(*checked, s.check)) break;
         steps.chord *= 0.5;
         steps.angle *= 0.7;
         control.say(fmt::format("between poses the cutter goes deeper than allowed: again with chord {:.4g} mm, {:.3g} deg",
@@ -527,6 +574,7 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
     poses->path = moved->poses();
     fill_poses(doc, poses->path, poses->contacts);
     fill_strip(doc, s, job.tolerance.scallop);
+    fill_positions(doc, *poses);
     fill_checks(doc, moved->checked());
     fill_machine(doc, *moved);
     for (const std::string& w : poses->notes) doc.warnings.push_back(fmt::format("orientation: {}", w));

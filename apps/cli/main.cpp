@@ -121,7 +121,10 @@ int run_list(const Options& o) {
     const auto names = [&](const std::vector<std::string_view>& all) {
         for (const std::string_view n : all) entries.push_back({std::string(n), ""});
     };
-    if (o.file == "methods") names(method_names());
+    if (o.file == "methods") {
+        names(method_names());
+        names(positioning_names());
+    }
     if (o.file == "patterns") names(pattern_names());
     if (o.file == "cutters") names(cutter_shape_names());
     if (o.file == "dialects")

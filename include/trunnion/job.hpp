@@ -14,6 +14,7 @@
 #include "trunnion/part/surface.hpp"
 #include "trunnion/path/pattern.hpp"
 #include "trunnion/pose/place.hpp"
+#include "trunnion/pose/positioning.hpp"
 
 namespace trunnion {
 
@@ -51,6 +52,7 @@ struct Job {
     std::vector<AxisStep> then;  ///< behind the method, in order
     Outcome outcome = Outcome::fail;
     std::optional<SurfaceSpec> guide;  ///< of `normals`: a second surface given in place
+    std::optional<Multipoint> positioning;  ///< instead of `method`: contact and axis are found together
     // [links]
     std::optional<ClearanceSurface> clearance_surface;  ///< empty: chosen from the part and the axes
     double lead = 2.0;                                  ///< mm
