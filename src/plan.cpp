@@ -182,27 +182,6 @@ bool chords_fail(const CheckedPath& checked, const CheckOptions& limits) {
     return false;
 }
 
-/// Axis motion for the path. Where the axes, each running evenly, would stray from the motion that was proved (near a
-/// singularity, or the tip without tool-centre-point control), that motion is cut in pieces until they do not.
-Result<MachinePath> follow(CheckedPath checked, const Setup& s, const Control& control) {
-    constexpr int kRounds = 6;
-    constexpr double kMostPieces = 64.0;  // of one motion in one round: at the pole itself no number is enough
-    for (int round = 1;; ++round) {
-        auto moved = move_machine(checked, s.machine, s.motion, control);
-        if (!moved || round == kRounds) return moved;
-        const std::vector<double>& over = moved->overstep();
-        std::vector<int> pieces(over.size(), 1);
-        bool any = false;
-        for (std::size_t i = 0; i < over.size(); ++i) {
-            if (!(over[i] > 1.0) || !checked.verdicts()[i].valid) continue;
-            pieces[i] = static_cast<int>(std::clamp(std::ceil(1.1 * std::sqrt(over[i])), 2.0, kMostPieces));
-            any = true;
-        }
-        if (!any) return moved;
-        checked = subdivide(checked, pieces);
-    }
-}
-
 // ---- the document ---------------------------------------------------------------------------------------------------
 
 void fill_poses(PlanDocument& doc, const PosePath& poses, const ContactPath& contacts) {
@@ -442,6 +421,7 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
         if (!text) return fail_up(std::move(text));
         plan.program = std::move(*text);
         program.dialect = "apt";
+        program.plane = false;  // CLDATA holds tips and axes in any case
         auto cls = proved_program(*moved, program, doc);
         if (!cls) return fail_up(std::move(cls));
         plan.cls = std::move(*cls);
