@@ -9,6 +9,7 @@
 #include "setup.hpp"
 #include "trunnion/base/file.hpp"
 #include "trunnion/base/parallel.hpp"
+#include "trunnion/machine/timing.hpp"
 #include "trunnion/report/html.hpp"
 
 namespace trunnion {
@@ -245,6 +246,30 @@ void fill_machine(PlanDocument& doc, const MachinePath& m) {
     }
 }
 
+/// Time under the machine's dynamics, and what takes how much of it.
+void add_timing(ordered_json& metrics, PlanDocument& doc, const MotionTiming& timing, const MachinePath& m) {
+    metrics["time_dynamic_s"] = timing.total;
+    metrics["time_dynamic_least_s"] = timing.least;
+    metrics["stops"] = timing.stops;
+    ordered_json share = ordered_json::object();
+    for (std::size_t k = 0; k < timing.share.size(); ++k) {
+        const auto kind = k == 0 ? LimitKind::feed : static_cast<LimitKind>((k + 9) / 5);
+        const ActiveLimit limit{kind, static_cast<std::uint8_t>(k == 0 ? 0 : (k - 1) % 5)};
+        if (timing.share[k] > 0) share[name_of(limit, m.machine())] = timing.share[k];
+    }
+    metrics["time_share"] = std::move(share);
+    // Per pose, on the way to it; the limit as a number: 0 feed, then velocities, accelerations and jerks of the five axes.
+    auto &time = doc.extra["dynamic_time_s"], &feed = doc.extra["dynamic_feed_mm_min"], &limit = doc.extra["dynamic_limit"];
+    time = timing.time;
+    for (std::size_t i = 0; i < timing.feed.size(); ++i) {
+        feed.push_back(60.0 * timing.feed[i]);
+        const ActiveLimit& l = timing.limit[i];
+        limit.push_back(l.kind == LimitKind::none   ? kNaN
+                        : l.kind == LimitKind::feed ? 0.0
+                                                    : 5.0 * static_cast<double>(l.kind) - 9.0 + l.axis);
+    }
+}
+
 ordered_json metrics_of(const ContactPath& contacts, const PosePath& poses, const MachinePath& m, const Setup& s) {
     ordered_json j;
     std::size_t cuts = 0, invalid = 0;
@@ -299,6 +324,15 @@ std::string summary_of(const PlanDocument& doc, const MachinePath& m, const Job&
     row("length", fmt::format("{:.1f} mm cutting, {:.1f} mm in all", m.totals().cut_length, m.totals().length));
     row("time", fmt::format("{:.0f} min {:.1f} s (feed and axis speeds)", std::floor(m.totals().time / 60.0),
                             std::fmod(m.totals().time, 60.0)));
+    if (metrics.contains("time_dynamic_s")) {
+        const double time = metrics["time_dynamic_s"].get<double>();
+        std::string most = "nothing";
+        double part = 0.0;
+        for (const auto& [name, value] : metrics["time_share"].items())
+            if (value.get<double>() > part) part = value.get<double>(), most = name;
+        row("time, accelerating", fmt::format("{:.0f} min {:.1f} s from rest to rest, {:.0f} % of it limited by the {}",
+                                              std::floor(time / 60.0), std::fmod(time, 60.0), 100.0 * part, most));
+    }
     for (std::size_t k = 0; k < 2; ++k) {
         double lo = std::numeric_limits<double>::infinity(), hi = -lo;
         for (const auto& p : doc.positions) lo = std::min(lo, p[3 + k]), hi = std::max(hi, p[3 + k]);
@@ -407,7 +441,8 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
     fill_machine(doc, *moved);
     for (const std::string& w : moved->warnings()) doc.warnings.push_back(w);
     for (const std::string& p : s.part->problems) doc.warnings.push_back("part: " + p);
-    const ordered_json metrics = metrics_of(poses->contacts, poses->path, *moved, s);
+    ordered_json metrics = metrics_of(poses->contacts, poses->path, *moved, s);
+    if (const auto timing = time_motion(*moved, {}, control)) add_timing(metrics, doc, *timing, *moved);
     doc.metrics_json = metrics.dump();
 
     Plan plan;
