@@ -10,6 +10,7 @@
 #include "setup.hpp"
 #include "trunnion/base/file.hpp"
 #include "trunnion/base/parallel.hpp"
+#include "trunnion/machine/timing.hpp"
 #include "trunnion/path/strip.hpp"
 #include "trunnion/report/html.hpp"
 
@@ -285,27 +286,6 @@ bool chords_fail(const CheckedPath& checked, const CheckOptions& limits) {
     return false;
 }
 
-/// Axis motion for the path. Where the axes, each running evenly, would stray from the motion that was proved (near a
-/// singularity, or the tip without tool-centre-point control), that motion is cut in pieces until they do not.
-Result<MachinePath> follow(CheckedPath checked, const Setup& s, const Control& control) {
-    constexpr int kRounds = 6;
-    constexpr double kMostPieces = 64.0;  // of one motion in one round: at the pole itself no number is enough
-    for (int round = 1;; ++round) {
-        auto moved = move_machine(checked, s.machine, s.motion, control);
-        if (!moved || round == kRounds) return moved;
-        const std::vector<double>& over = moved->overstep();
-        std::vector<int> pieces(over.size(), 1);
-        bool any = false;
-        for (std::size_t i = 0; i < over.size(); ++i) {
-            if (!(over[i] > 1.0) || !checked.verdicts()[i].valid) continue;
-            pieces[i] = static_cast<int>(std::clamp(std::ceil(1.1 * std::sqrt(over[i])), 2.0, kMostPieces));
-            any = true;
-        }
-        if (!any) return moved;
-        checked = subdivide(checked, pieces);
-    }
-}
-
 // ---- the document ---------------------------------------------------------------------------------------------------
 
 void fill_poses(PlanDocument& doc, const PosePath& poses, const ContactPath& contacts) {
@@ -412,6 +392,30 @@ void fill_machine(PlanDocument& doc, const MachinePath& m) {
     }
 }
 
+/// Time under the machine's dynamics, and what takes how much of it.
+void add_timing(ordered_json& metrics, PlanDocument& doc, const MotionTiming& timing, const MachinePath& m) {
+    metrics["time_dynamic_s"] = timing.total;
+    metrics["time_dynamic_least_s"] = timing.least;
+    metrics["stops"] = timing.stops;
+    ordered_json share = ordered_json::object();
+    for (std::size_t k = 0; k < timing.share.size(); ++k) {
+        const auto kind = k == 0 ? LimitKind::feed : static_cast<LimitKind>((k + 9) / 5);
+        const ActiveLimit limit{kind, static_cast<std::uint8_t>(k == 0 ? 0 : (k - 1) % 5)};
+        if (timing.share[k] > 0) share[name_of(limit, m.machine())] = timing.share[k];
+    }
+    metrics["time_share"] = std::move(share);
+    // Per pose, on the way to it; the limit as a number: 0 feed, then velocities, accelerations and jerks of the five axes.
+    auto &time = doc.extra["dynamic_time_s"], &feed = doc.extra["dynamic_feed_mm_min"], &limit = doc.extra["dynamic_limit"];
+    time = timing.time;
+    for (std::size_t i = 0; i < timing.feed.size(); ++i) {
+        feed.push_back(60.0 * timing.feed[i]);
+        const ActiveLimit& l = timing.limit[i];
+        limit.push_back(l.kind == LimitKind::none   ? kNaN
+                        : l.kind == LimitKind::feed ? 0.0
+                                                    : 5.0 * static_cast<double>(l.kind) - 9.0 + l.axis);
+    }
+}
+
 ordered_json metrics_of(const ContactPath& contacts, const PosePath& poses, const MachinePath& m, const Setup& s) {
     ordered_json j;
     std::size_t cuts = 0, invalid = 0;
@@ -466,6 +470,15 @@ std::string summary_of(const PlanDocument& doc, const MachinePath& m, const Job&
     row("length", fmt::format("{:.1f} mm cutting, {:.1f} mm in all", m.totals().cut_length, m.totals().length));
     row("time", fmt::format("{:.0f} min {:.1f} s (feed and axis speeds)", std::floor(m.totals().time / 60.0),
                             std::fmod(m.totals().time, 60.0)));
+    if (metrics.contains("time_dynamic_s")) {
+        const double time = metrics["time_dynamic_s"].get<double>();
+        std::string most = "nothing";
+        double part = 0.0;
+        for (const auto& [name, value] : metrics["time_share"].items())
+            if (value.get<double>() > part) part = value.get<double>(), most = name;
+        row("time, accelerating", fmt::format("{:.0f} min {:.1f} s from rest to rest, {:.0f} % of it limited by the {}",
+                                              std::floor(time / 60.0), std::fmod(time, 60.0), 100.0 * part, most));
+    }
     for (std::size_t k = 0; k < 2; ++k) {
         double lo = std::numeric_limits<double>::infinity(), hi = -lo;
         for (const auto& p : doc.positions) lo = std::min(lo, p[3 + k]), hi = std::max(hi, p[3 + k]);
@@ -586,6 +599,7 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
         metrics["retracted_contacts"] = poses->outcome.retracted;
         metrics["greatest_retract_mm"] = poses->outcome.greatest_retract;
     }
+    if (const auto timing = time_motion(*moved, {}, control)) add_timing(metrics, doc, *timing, *moved);
     doc.metrics_json = metrics.dump();
 
     Plan plan;
@@ -599,6 +613,7 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
         if (!text) return fail_up(std::move(text));
         plan.program = std::move(*text);
         program.dialect = "apt";
+        program.plane = false;  // CLDATA holds tips and axes in any case
         auto cls = proved_program(*moved, program, doc);
         if (!cls) return fail_up(std::move(cls));
         plan.cls = std::move(*cls);

@@ -64,8 +64,9 @@ struct Job {
     double feed = 25.0, lead_feed = 12.5;  ///< mm/s
     std::optional<Vec3> work_offset;       ///< mm, overrides the machine file's
     // [program]
-    std::string dialect = "linuxcnc";
-    std::optional<bool> tcp;  ///< empty: what the machine offers
+    std::string dialect = "linuxcnc";  ///< or the absolute path of a dialect file
+    bool plane = false;                ///< one tilted plane (3+2)
+    std::optional<bool> tcp;           ///< empty: what the machine offers
     int tool_number = 1;
     double spindle_rpm = 0.0;
     // [tolerance]
