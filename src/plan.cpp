@@ -222,7 +222,9 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
         watch.stage("orientation");
         Scene scene{*s.part, s.cutter};
         scene.clearance = [&](std::size_t i, const Vec3& T) { return margin_at(s, *contacts, i, T); };
-        scene.refuse = [&](std::size_t i, std::string why) { poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why)); };
+        scene.refuse = [&](std::size_t i, std::string why) {
+            poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why));
+        };
         scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
         auto method = resolved_method(job, s);
         if (!method) return fail_up(std::move(method));
@@ -249,8 +251,8 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
         watch.stage("pose");
         cuts = place_cutter(*contacts, *axes, s.cutter);
         if (!cuts) return fail_up(std::move(cuts));
-        const bool facets =
-            std::any_of(s.faces.begin(), s.faces.end(), [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
+        const bool facets = std::any_of(s.faces.begin(), s.faces.end(),
+                                        [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
         if (facets)
             if (auto lifted = lift_off_facets(*cuts, *contacts, s, control); !lifted) return fail_up(std::move(lifted));
         if (job.outcome == Outcome::retract) {
