@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "axis_measures.hpp"
 #include "outcome.hpp"
 #include "setup.hpp"
 #include "trunnion/base/file.hpp"
@@ -596,6 +597,15 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
     for (const std::string& w : moved->warnings()) doc.warnings.push_back(w);
     for (const std::string& p : s.part->problems) doc.warnings.push_back("part: " + p);
     ordered_json metrics = metrics_of(poses->contacts, poses->path, *moved, s);
+    add_axis_measures(metrics, poses->contacts, *moved, job.feed);
+    add_axis_curves(doc, poses->contacts, poses->path, s, job.tolerance.scallop);
+    double strip = 0.0, strips = 0.0, least_strip = std::numeric_limits<double>::infinity();
+    for (const double w : doc.strip_width_mm)
+        if (std::isfinite(w)) strip += w, strips += 1.0, least_strip = std::min(least_strip, w);
+    if (strips > 0.0) {
+        metrics["strip_width_mean_mm"] = strip / strips;
+        metrics["strip_width_least_mm"] = least_strip;
+    }
     if (job.outcome == Outcome::trim) metrics["trimmed_contacts"] = poses->outcome.trimmed;
     if (job.outcome == Outcome::retract) {
         metrics["retracted_contacts"] = poses->outcome.retracted;

@@ -11,6 +11,7 @@
 #include "terminal.hpp"
 #include "trunnion/base/file.hpp"
 #include "trunnion/base/parallel.hpp"
+#include "trunnion/compare.hpp"
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/part/part.hpp"
 #include "trunnion/plan.hpp"
@@ -37,7 +38,7 @@ int exit_code(ErrorCode code) {
 }
 
 struct Options {
-    std::string file, job, folder = "out", output;
+    std::string file, job, folder = "out", output, methods;
     std::vector<std::string> settings;
     unsigned threads = 0;
     bool quiet = false, json = false, allow_invalid = false;
@@ -185,6 +186,27 @@ int run_list(const Options& o) {
     return kDone;
 }
 
+int run_compare(const Options& o) {
+    const auto& cancel = cli::install_interrupt();
+    cli::Progress progress(o.quiet);
+    auto result = compare(o.file, o.settings, split_methods(o.methods), progress.control(cancel));
+    if (!result) return report_error(result.error(), o);
+    const std::filesystem::path folder = o.folder;
+    std::vector<std::filesystem::path> written;
+    if (!o.folder.empty()) {
+        if (auto ready = prepare_folder(folder); !ready) return report_error(ready.error(), o);
+        const std::vector<FileToWrite> files{{folder / "compare.txt", result->table},
+                                             {folder / "compare.json", result->json},
+                                             {folder / "compare.svg", result->svg}};
+        if (auto done = write_files_atomically(files); !done) return report_error(done.error(), o);
+        for (const auto& file : files) written.push_back(file.path);
+    }
+    fmt::print("{}", o.json ? result->json + "\n" : result->table);
+    if (!o.json)
+        for (const auto& file : written) fmt::print("  {:<22}{}\n", "written", file.string());
+    return kDone;
+}
+
 int run_reproduce(const Options& o) {
     const auto& cancel = cli::install_interrupt();
     cli::Progress progress(o.quiet);
@@ -262,6 +284,21 @@ int run(int argc, char** argv) {
     info_command->add_option("part", o.file, ".step .stp .iges .igs .brep .stl .obj")->required();
     info_command->add_flag("--quiet", o.quiet, "no progress on standard error");
     common(info_command, false);
+    CLI::App* compare_command = app.add_subcommand(
+        "compare", "one job under several orientation methods: turning, axis accelerations, time, strip width, collisions");
+    compare_command->add_option("job", o.file, "job file (TOML, see docs/jobs.md); its machine and path serve all methods")
+        ->required();
+    compare_command
+        ->add_option("--methods", o.methods,
+                     "methods parted by commas; rmf also as rmf-1, rmf-2, rmf-dual; keys may follow, as in "
+                     "rmf-dual?inclination_deg=auto;yaw_deg=10")
+        ->required();
+    CLI::Option* compare_folder = compare_command->add_option(
+        "-o,--output", o.folder, "folder for compare.txt, .json and .svg; without it nothing is written");
+    compare_command->add_option("--set", o.settings, "override a key of the job, KEY=VALUE (may be repeated)")
+        ->take_all()
+        ->allow_extra_args(false);
+    common(compare_command, true);
     CLI::App* reproduce_command =
         app.add_subcommand("reproduce", "a published method's tables beside ours; exit code 3 where they do not agree");
     reproduce_command->add_option("name", o.file, fmt::format("{} or all", fmt::join(reproduction_names(), ", ")))->required();
@@ -288,6 +325,10 @@ int run(int argc, char** argv) {
     }
     if (info_command->parsed()) return run_info(o);
     if (reproduce_command->parsed()) return run_reproduce(o);
+    if (compare_command->parsed()) {
+        if (compare_folder->count() == 0) o.folder.clear();
+        return run_compare(o);
+    }
     return run_list(o);
 }
 

@@ -1,6 +1,7 @@
 #include "report/scene_data.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <set>
@@ -137,6 +138,10 @@ std::string poses_json(const PlanDocument& plan, const Vec3& origin, Blocks& blo
     add("clearance_mm", floats(plan.clearance_mm));
     add("strip_width_mm", floats(plan.strip_width_mm));
     add("valid", plan.valid);
+    // What a method or the measures add, under names of their own.
+    for (const auto& [name, values] : plan.extra)
+        if (std::ranges::all_of(name, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }))
+            add("extra:" + name, floats(values));
     return '{' + json + '}';
 }
 

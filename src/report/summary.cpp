@@ -95,7 +95,10 @@ std::string tolerance_text(const json& job) {
 
 /// "mean_feed_mm_min" -> {"mean feed", "mm/min"}: units stand at the end of the name.
 std::pair<std::string, std::string> name_and_unit(std::string name) {
-    static constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kUnits{{{"_mm_min", "mm/min"},
+    static constexpr std::array<std::pair<std::string_view, std::string_view>, 15> kUnits{{{"_mm_min", "mm/min"},
+                                                                                           {"_deg_per_xi2", "deg per ξ²"},
+                                                                                           {"_rad_per_xi", "rad per ξ"},
+                                                                                           {"_deg_per_mm", "deg/mm"},
                                                                                            {"_deg_min", "deg/min"},
                                                                                            {"_deg_per_s2", "deg/s²"},
                                                                                            {"_mm_s2", "mm/s²"},

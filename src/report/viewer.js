@@ -183,6 +183,10 @@ function makeReadout(report, list) {
   addArray('move gouge (mm)', poses.motion_gouge_mm, 4);
   addArray('clearance (mm)', poses.clearance_mm, 3);
   addArray('strip width (mm)', poses.strip_width_mm, 3);
+  for (const key of Object.keys(poses).filter((name) => name.startsWith('extra:'))) {
+    const [name, unit] = nameAndUnit(key.slice(6));
+    addArray(unit ? name + ' (' + unit + ')' : name, poses[key], 3);
+  }
   if (report.problems.length > 0) add('not valid because', (i) => { const run = problemAt(report, i); return run ? run[2] : '\u2013'; }, 'why');
   list.hidden = poses.count === 0;
   return { show(i) { if (poses.count > 0) for (const cell of cells) cell(i); } };

@@ -53,3 +53,10 @@ function formatTime(seconds) {
   const hours = Math.floor(seconds / 3600), minutes = Math.floor(seconds / 60) % 60, rest = (seconds % 60).toFixed(1).padStart(4, '0');
   return hours > 0 ? hours + ':' + String(minutes).padStart(2, '0') + ':' + rest : minutes + ':' + rest;
 }
+
+// 'axis_rate_deg_per_mm' -> ['axis rate', 'deg/mm']: units stand at the end of a name.
+function nameAndUnit(name) {
+  for (const [ending, unit] of [['_deg_per_mm', 'deg/mm'], ['_deg', 'deg'], ['_mm', 'mm']])
+    if (name.endsWith(ending)) return [name.slice(0, -ending.length).replaceAll('_', ' '), unit];
+  return [name.replaceAll('_', ' '), ''];
+}

@@ -7,6 +7,11 @@ function lanesOf(report) {
     report.axes.slice(3, 5).forEach((letter, k) => lanes.push({ name: letter, unit: 'deg', values: column(poses.positions, 5, 3 + k) }));
   else
     for (const name of ['lead', 'tilt']) if (poses[name + '_deg']) lanes.push({ name: name, unit: 'deg', values: poses[name + '_deg'] });
+  // At most two of what methods and measures add, so that every lane stays high enough to read.
+  for (const key of Object.keys(poses).filter((name) => name.startsWith('extra:')).slice(0, 2)) {
+    const [name, unit] = nameAndUnit(key.slice(6));
+    lanes.push({ name: name, unit: unit, values: poses[key] });
+  }
   if (poses.feed_mm_min) lanes.push({ name: 'feed', unit: 'mm/min', values: poses.feed_mm_min, steps: true });
   return lanes;
 }

@@ -46,6 +46,11 @@ TEST(Job, SurvivesTheWayThroughItsResolvedForm) {
     expect_round_trip(modes + "\"lock\"\nrotary = \"C\"\nangle_deg = 33\nlead_deg = 2\n");
     expect_round_trip(modes + "\"plane\"\nnormal = [0, 1, 0]\ntilt_deg = -7\n");
     expect_round_trip(modes + "\"keys\"\nkeys = [[0, 0, 0, 1], [0.5, 0, 0.6, 0.8]]\n");
+    expect_round_trip(
+        modes +
+        "\"sturz\"\noutcome = \"trim\"\n[[orientation.then]]\nstep = \"repair\"\ngreatest_deg = 20\n[[orientation.then]]\nstep = "
+        "\"smooth\"\nlength_mm = 3\nkeep_clear = false\n[[orientation.then]]\nstep = \"limit-step\"\nper_mm_deg = "
+        "2\n[[orientation.then]]\nstep = \"clamp\"\nlead_range_deg = [0, 20]\n");
     const cli_tests::Folder folder;
     folder.write("p.csv", "# made by hand\nx, y\n1, 2\n\n3; 4.5  # last\n");
     const auto job = job_from_toml(flat + "pattern = \"points\"\nfile = \"p.csv\"\n", folder / "job.toml");
