@@ -35,6 +35,7 @@ Result<Rows> rows_of(const Parallel& p, const Multipoint& method, const PathScen
         }
     }
     along.lo += p.margin, along.hi -= p.margin;
+    across.lo += p.margin, across.hi -= p.margin;
     const double step = (p.step > 0.0 ? p.step : scene.cutter.spec().diameter / 12.0) / refine;
     // A length that is a whole number of steps up to rounding ends on its last footprint.
     constexpr double kWhole = 1e-9;
