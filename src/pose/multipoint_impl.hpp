@@ -32,6 +32,9 @@ struct MultipointSolver::Impl {
 
 namespace detail {
 
+/// Error: invalid_input for a cutter or limits that do not fit the method.
+Result<ToolShape> tool_of(const Cutter& cutter, const MultipointOptions& options);
+
 /// Jet of d . S in the parameters.
 inline Jet along(const SurfacePoint& p, const Vec3& d) {
     return {d.dot(p.S), d.dot(p.Su), d.dot(p.Sv), d.dot(p.Suu), d.dot(p.Suv), d.dot(p.Svv)};
