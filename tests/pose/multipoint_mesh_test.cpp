@@ -5,8 +5,8 @@
 
 #include "support/aimed_random.hpp"
 #include "support/test_parts.hpp"
-#include "support/vcrf_surfaces.hpp"
 #include "trunnion/pose/multipoint_mesh.hpp"
+#include "vcrf_experiment.hpp"
 
 namespace trunnion {
 namespace {

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "support/aimed_random.hpp"
-#include "support/vcrf_surfaces.hpp"
 #include "trunnion/pose/multipoint.hpp"
+#include "vcrf_experiment.hpp"
 
 namespace trunnion {
 namespace {
