@@ -16,6 +16,7 @@ struct Entry {
 /// One line per published method.
 constexpr Entry kTable[] = {
     {"rmf", reproduce_rmf},
+    {"vcrf", reproduce_vcrf},
 };
 
 }  // namespace

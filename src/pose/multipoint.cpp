@@ -52,9 +52,7 @@ std::string_view name_of(MultipointContact kind) {
     return "?";
 }
 
-namespace {
-
-Result<std::shared_ptr<MultipointSolver::Impl>> blank(const Cutter& cutter, const MultipointOptions& options) {
+Result<detail::ToolShape> detail::tool_of(const Cutter& cutter, const MultipointOptions& options) {
     const CutterSpec& spec = cutter.spec();
     const auto bad = [](std::string what) { return fail(ErrorCode::invalid_input, std::move(what)); };
     if (spec.shape != CutterShape::bull && spec.shape != CutterShape::ball)
@@ -66,13 +64,23 @@ Result<std::shared_ptr<MultipointSolver::Impl>> blank(const Cutter& cutter, cons
     if (!(options.certificate > 0.0))
         return bad(fmt::format("orientation.certificate_mm = {:.6g} must be positive", options.certificate));
     if (std::abs(options.drop_axis.norm() - 1.0) > 1e-9) return bad("orientation.drop_axis must be a unit vector");
+    ToolShape tool;
+    tool.Ro = cutter.tip_major_radius();
+    tool.Ri = cutter.tip_corner_radius();
+    if (!(tool.Ri > 0.0)) return bad("orientation.method = \"multipoint\" needs cutter.corner_mm above 0");
+    tool.open = spec.open_bottom && tool.Ro > tool.Ri;
+    tool.top = cutter.pieces().front().profile.height_hi() - tool.Ri;
+    return tool;
+}
+
+namespace {
+
+Result<std::shared_ptr<MultipointSolver::Impl>> blank(const Cutter& cutter, const MultipointOptions& options) {
+    auto tool = detail::tool_of(cutter, options);
+    if (!tool) return fail_up(std::move(tool));
     auto impl = std::make_shared<MultipointSolver::Impl>();
     impl->options = options;
-    impl->tool.Ro = cutter.tip_major_radius();
-    impl->tool.Ri = cutter.tip_corner_radius();
-    if (!(impl->tool.Ri > 0.0)) return bad("orientation.method = \"multipoint\" needs cutter.corner_mm above 0");
-    impl->tool.open = spec.open_bottom && impl->tool.Ro > impl->tool.Ri;
-    impl->tool.top = cutter.pieces().front().profile.height_hi() - impl->tool.Ri;
+    impl->tool = *tool;
     impl->ez = options.drop_axis;
     impl->ex = any_perpendicular(impl->ez);
     impl->ey = impl->ez.cross(impl->ex);

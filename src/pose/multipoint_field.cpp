@@ -274,7 +274,8 @@ void Field::append_tiles(std::uint32_t index, std::vector<Tile>& tiles) const {
             }
             if (box.empty()) continue;
             tile.centre = box.centre();
-            tile.radius = box.half().norm();
+            tile.half = box.half();
+            tile.radius = tile.half.norm();
             tiles.push_back(tile);
         }
     }

@@ -24,7 +24,7 @@ struct Tile {
     static constexpr int kSide = 10, kSize = kSide * kSide, kPadded = 104;  ///< padded to whole vectors
     static constexpr double kFar = 1e30;  // so far that no formula overflows: squares stay below 1e300
     std::array<double, kPadded> x, y, z;
-    Vec3 centre = Vec3::Zero();
+    Vec3 centre = Vec3::Zero(), half = Vec3::Zero();  ///< of the box
     double radius = 0.0;
     std::uint32_t field = 0;
     int first_u = 0, first_v = 0;  ///< lattice index of sample (1, 1)

@@ -6,6 +6,7 @@
 
 #include "pose/multipoint_minimise.hpp"
 #include "pose/multipoint_proof.hpp"
+#include "pose/multipoint_rim.hpp"
 #include "trunnion/pose/multipoint.hpp"
 
 namespace trunnion {
@@ -18,7 +19,8 @@ struct MultipointSolver::Impl {
     std::vector<detail::Tile> tiles;
     std::vector<detail::SpanBox> roots;
     detail::BoxTree tile_tree, span_tree;
-    Vec3 ex, ey, ez;  ///< the drop frame
+    detail::Rims rims;  ///< borders of trimmed faces
+    Vec3 ex, ey, ez;    ///< the drop frame
 
     Box3 whole;
 
@@ -29,6 +31,9 @@ struct MultipointSolver::Impl {
 };
 
 namespace detail {
+
+/// Error: invalid_input for a cutter or limits that do not fit the method.
+Result<ToolShape> tool_of(const Cutter& cutter, const MultipointOptions& options);
 
 /// Jet of d . S in the parameters.
 inline Jet along(const SurfacePoint& p, const Vec3& d) {

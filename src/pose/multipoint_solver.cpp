@@ -32,6 +32,12 @@ struct Spot {
     bool converged = true;
 };
 
+/// A place on a trimmed border.
+struct RimPlace {
+    std::uint32_t segment = 0;
+    double t = 0.0;
+};
+
 struct Scratch {
     std::vector<SpanBox> stack;
     std::vector<Spot> seeds;
@@ -110,7 +116,12 @@ private:
     }
     template <class F>
     Minimum polish(const F& f, const Field& field, double u, double v, const Vec3& ring_centre, double reach);
+    template <class F>
+    Spot polish_rim(const F& f, const RimPlace& start);
+    std::optional<RimPlace> nearest_rim(const Seed& seed) const;
     // stage 1
+    Spot polish_drop_rim(const RimPlace& start);
+    void drop_rims(double best, double margin);
     std::optional<Jet> depth(const Field& field, double u, double v);
     Spot polish_drop(const Spot& seed);
     void drop_seeds();
@@ -118,6 +129,9 @@ private:
     Result<void> take_first(const Vec3& feed);
     // stage 2
     Spot polish_turn(const Spot& seed, bool up, double reach);
+    std::optional<Jet> turn_at(const Field& field, bool own, bool up, double u, double v) const;
+    Spot polish_turn_rim(const RimPlace& start, bool up);
+    void turn_rims(bool up, double& least, double margin, std::vector<Spot>& spots);
     std::vector<Spot> turn_spots(bool up);
     void near_first(bool up, std::vector<Spot>& spots);
     void along_valley(bool up, std::vector<Spot>& spots);
@@ -171,18 +185,86 @@ Minimum Position::polish(const F& f, const Field& field, double u, double v, con
                 if (!g) return std::nullopt;
                 return ring.pull_back(*g, radius, angle);
             };
-            const Minimum m = minimise(on_ring, r, 0.0, {{0.05 * r, 4.0 * r}, {-kPi, kPi}}, {1.0, r}, reach, 1e-6);
+            const Minimum m = minimise(on_ring, r, 0.0, {{0.05 * r, 4.0 * r}, {-kPi, kPi}}, {1.0, r}, reach);
             evaluations = m.evaluations;
             if (m.defined) {
                 const Vec2 uv = ring.at(m.a, m.b);
                 u = uv.x();
                 v = uv.y();
+                // Well inside there is nothing left to do.
+                const double du = 1e-6 * field.u().length(), dv = 1e-6 * field.v().length();
+                if (m.converged && !m.held_a && !m.held_b && u > field.u().lo + du && u < field.u().hi - du &&
+                    v > field.v().lo + dv && v < field.v().hi - dv)
+                    if (const auto at = f(u, v)) {
+                        const SurfacePoint here = field.at(u, v);
+                        // Unless Newton was stopped by the edge of where f is defined.
+                        const double slope = length_of(at->a / here.Su.norm(), at->b / here.Sv.norm());
+                        if (slope < 1e-7) {
+                            Minimum end = m;
+                            end.a = u, end.b = v, end.jet = *at;
+                            return end;
+                        }
+                    }
             }
         }
     }
     Minimum m = minimise(f, u, v, {field.u(), field.v()}, scale_of(field.at(u, v)), reach);
     m.evaluations += evaluations;
     return m;
+}
+
+/// Along a trimmed border, from the start of a segment, over corners of the polygon as long as it goes downhill.
+template <class F>
+Spot Position::polish_rim(const F& f, const RimPlace& start) {
+    const auto& all = s_.rims.segments;
+    constexpr int kMost = 1000;  // segments walked over; a loop walked round has found its least vertex before
+    const auto along_segment = [&](std::uint32_t k) {
+        const RimSegment& s = all[k];
+        const Vec2 d = s.to - s.from;
+        return [&f, &s, d](double t, double) -> std::optional<Jet> {
+            const Vec2 uv = s.at(t);
+            const auto g = f(uv.x(), uv.y());
+            if (!g) return std::nullopt;
+            return Jet{g->f, g->a * d.x() + g->b * d.y(),
+                       0.0,  g->aa * d.x() * d.x() + 2.0 * g->ab * d.x() * d.y() + g->bb * d.y() * d.y(),
+                       0.0,  0.0};
+        };
+    };
+    Spot best;
+    best.value = kInfinity;
+    const std::uint32_t field = all[start.segment].field;
+    for (const bool forward : {true, false}) {
+        std::uint32_t k = start.segment;
+        double t = start.t;
+        for (int walked = 0; walked < kMost; ++walked) {
+            const double length = std::max(1e-9, (all[all[k].next].start - all[k].start).norm());
+            const Minimum m = minimise(along_segment(k), t, 0.0, {{0.0, 1.0}, {0.0, 0.0}}, {length, 1.0}, length);
+            pose_.newton_steps += m.evaluations;
+            if (!m.defined || !(m.jet.f < best.value || (walked == 0 && m.jet.f <= best.value))) break;
+            const Vec2 uv = all[k].at(m.a);
+            best = {field,     uv.x(), uv.y(), m.jet.f, s_.fields[field].at(uv.x(), uv.y()).S, m.jet, MultipointContact::edge,
+                    settled(m)};
+            if (forward ? m.a < 1.0 : m.a > 0.0) break;  // the other way round is the other round's
+            k = forward ? all[k].next : all[k].previous;
+            t = forward ? 0.0 : 1.0;
+        }
+    }
+    return best;
+}
+
+std::optional<RimPlace> Position::nearest_rim(const Seed& seed) const {
+    const Field& field = s_.fields[seed.field];
+    const Vec2 at(seed.u, seed.v), scale = scale_of(field.at(seed.u, seed.v));
+    std::optional<RimPlace> nearest;
+    double least = kInfinity;
+    for (std::uint32_t k = 0; k < s_.rims.segments.size(); ++k) {
+        const RimSegment& s = s_.rims.segments[k];
+        if (s.field != seed.field) continue;
+        const Vec2 d = (s.to - s.from).cwiseProduct(scale), p = (at - s.from).cwiseProduct(scale);
+        const double t = std::clamp(p.dot(d) / d.squaredNorm(), 0.0, 1.0), distance = (p - t * d).squaredNorm();
+        if (distance < least) least = distance, nearest = RimPlace{k, t};
+    }
+    return nearest;
 }
 
 // ---- stage 1 --------------------------------------------------------------------------------------------------------
@@ -222,8 +304,39 @@ Spot Position::polish_drop(const Spot& seed) {
         }
     }
     Spot spot{seed.field, m.a, m.b, m.jet.f, field.at(m.a, m.b).S, m.jet, kind_at(field, m), settled(m)};
-    if (!m.defined) spot.value = kInfinity;
+    if (!m.defined || !field.inside(m.a, m.b)) spot.value = kInfinity;
     return spot;
+}
+
+Spot Position::polish_drop_rim(const RimPlace& start) {
+    const Field& field = s_.fields[s_.rims.segments[start.segment].field];
+    return polish_rim([&](double u, double v) { return depth(field, u, v); }, start);
+}
+
+/// Tops along trimmed borders.
+void Position::drop_rims(double best, double margin) {
+    const double reach = tool_.Ro + tool_.Ri;
+    const auto height = [&](std::uint32_t k) {
+        SurfacePoint p{};
+        p.S = s_.rims.segments[k].start - o_;
+        p.Su = p.Sv = p.Suu = p.Suv = p.Svv = Vec3::Zero();
+        const auto h = touch_height(tool_, s_.ex, s_.ey, s_.ez, p);
+        return h ? h->f : -kInfinity;
+    };
+    s_.rims.tree.visit(
+        [&](const BoxNode& node) {
+            const Vec3 p = node.centre - o_;
+            const double gx = std::max(0.0, std::abs(p.dot(s_.ex)) - s_.ex.cwiseAbs().dot(node.half)),
+                         gy = std::max(0.0, std::abs(p.dot(s_.ey)) - s_.ey.cwiseAbs().dot(node.half));
+            return gx * gx + gy * gy <= reach * reach;
+        },
+        [&](std::uint32_t k) {
+            const double h = height(k);
+            if (!(h > best - margin)) return;
+            if (h < height(s_.rims.segments[k].next) || h <= height(s_.rims.segments[k].previous)) return;
+            const Spot spot = polish_drop_rim({k, 0.0});
+            if (std::isfinite(spot.value)) peaks_.push_back(spot);
+        });
 }
 
 void Position::drop_seeds() {
@@ -272,6 +385,11 @@ Result<void> Position::first_contact() {
         const Spot spot = polish_drop(scratch_.seeds[k]);
         if (std::isfinite(spot.value)) peaks_.push_back(spot);
     }
+    if (!s_.rims.segments.empty()) {
+        double best = -kInfinity;
+        for (const Spot& p : peaks_) best = std::max(best, -p.value);
+        drop_rims(best, s_.spacing);
+    }
     // Proof, and repair where it finds the tool too deep. Without one sample under the tool it starts far below everything, where
     // whatever lies under the tool is found as a gouge.
     double height = -kInfinity;
@@ -293,7 +411,15 @@ Result<void> Position::first_contact() {
             pose_.certified_gouge = proof.gouge;
             break;
         }
-        const Spot found = proof.gouged ? polish_drop(spot_of(*proof.gouged)) : Spot{};
+        Spot found;
+        found.value = kInfinity;
+        if (proof.gouged) {
+            found = polish_drop(spot_of(*proof.gouged));
+            if (const auto rim = nearest_rim(*proof.gouged)) {
+                const Spot at_rim = polish_drop_rim(*rim);
+                if (at_rim.value < found.value) found = at_rim;
+            }
+        }
         if (!proof.gouged || round >= kMostRepairs || !(-found.value > height))
             return failed("CertificateFailed", "stage 1",
                           fmt::format("after {} boxes the drop at height {:.9g} mm is proved only to {:.3g} mm", pose_.boxes,
@@ -398,20 +524,54 @@ Result<void> Position::take_first(const Vec3& feed) {
 
 // ---- stage 2 --------------------------------------------------------------------------------------------------------
 
+std::optional<Jet> Position::turn_at(const Field& field, bool own, bool up, double u, double v) const {
+    SurfacePoint p = own ? near_->at(u, v) : field.at(u, v);
+    if (!own) p.S -= insert_.P;
+    const double centre = centre_of(field);
+    if (p.S.squaredNorm() < centre * centre) return std::nullopt;  // the valley's business
+    return turn_until(tool_, insert_, p, up);
+}
+
+Spot Position::polish_turn_rim(const RimPlace& start, bool up) {
+    const std::uint32_t at = s_.rims.segments[start.segment].field;
+    return polish_rim([&](double u, double v) { return turn_at(s_.fields[at], at == P_field_, up, u, v); }, start);
+}
+
+/// Second contacts on trimmed borders.
+void Position::turn_rims(bool up, double& least, double margin, std::vector<Spot>& spots) {
+    const auto& all = s_.rims.segments;
+    const double wall = length_of(2.0 * tool_.Ro + tool_.Ri, tool_.top);
+    const auto turn = [&](std::uint32_t k) {
+        const RimSegment& s = all[k];
+        const auto t = turn_at(s_.fields[s.field], s.field == P_field_, up, s.from.x(), s.from.y());
+        return t ? t->f : kInfinity;
+    };
+    std::vector<std::pair<double, std::uint32_t>> starts;
+    s_.rims.tree.visit(
+        [&](const BoxNode& node) {
+            const Vec3 gap = ((insert_.O1 - node.centre).cwiseAbs() - node.half).cwiseMax(0.0);
+            return gap.squaredNorm() <= wall * wall;
+        },
+        [&](std::uint32_t k) {
+            const double t = turn(k);
+            if (!(t < least + margin)) return;
+            if (t > turn(all[k].next) || t >= turn(all[k].previous)) return;
+            least = std::min(least, t);
+            starts.emplace_back(t, k);
+        });
+    std::sort(starts.begin(), starts.end());
+    for (std::size_t k = 0; k < std::min(kMostSeeds, starts.size()); ++k)
+        if (starts[k].first <= least + margin) spots.push_back(polish_turn_rim({starts[k].second, 0.0}, up));
+}
+
 Spot Position::polish_turn(const Spot& seed, bool up, double reach) {
     const Field& field = s_.fields[seed.field];
     const bool own = seed.field == P_field_;
-    const double centre = centre_of(field);
-    const auto turn = [&](double u, double v) -> std::optional<Jet> {
-        SurfacePoint p = own ? near_->at(u, v) : field.at(u, v);
-        if (!own) p.S -= insert_.P;
-        if (p.S.squaredNorm() < centre * centre) return std::nullopt;  // the valley's business
-        return turn_until(tool_, insert_, p, up);
-    };
+    const auto turn = [&](double u, double v) { return turn_at(field, own, up, u, v); };
     const Minimum m = polish(turn, field, seed.u, seed.v, insert_.P + tool_.Ro * insert_.ev, reach);
     pose_.newton_steps += m.evaluations;
     Spot spot{seed.field, m.a, m.b, m.jet.f, field.at(m.a, m.b).S, m.jet, kind_at(field, m), settled(m)};
-    if (!m.defined) spot.value = kInfinity;
+    if (!m.defined || !field.inside(m.a, m.b)) spot.value = kInfinity;
     return spot;
 }
 
@@ -463,6 +623,16 @@ void Position::along_valley(bool up, std::vector<Spot>& spots) {
         Minimum best;
         double s_best = 0.0;
         best.jet.f = kInfinity;
+        if (up) {
+            // A closed tool on convex ground stops at T = n before anything near P is met.
+            const double limit = merged_limit();
+            bool lower = false;
+            for (const double part : {0.05, 0.4, 1.0}) {
+                const auto turn = polar(side * part * far, theta0);
+                lower = lower || (turn && turn->f < limit);
+            }
+            if (!lower && std::isfinite(limit)) continue;
+        }
         for (const double part : {0.05, 0.4, 1.0}) {
             const double s = side * part * far;
             const auto start = polar(s, theta);
@@ -487,7 +657,7 @@ void Position::along_valley(bool up, std::vector<Spot>& spots) {
                   MultipointContact::interior,
                   settled(m)};
         spot.S = field.at(spot.u, spot.v).S;
-        spots.push_back(spot);
+        if (field.inside(spot.u, spot.v)) spots.push_back(spot);
         // The valley may run on beyond, or into the border of the face.
         const bool at_end = std::abs(m.a) >= 0.99 * far;
         const bool at_border =
@@ -508,7 +678,7 @@ void Position::near_first(bool up, std::vector<Spot>& spots) {
             spot.field = P_field_;
             spot.u = pose_.P_uv.x() + r * std::cos(angle) / scale.x();
             spot.v = pose_.P_uv.y() + r * std::sin(angle) / scale.y();
-            if (!field.u().contains(spot.u) || !field.v().contains(spot.v)) continue;
+            if (!field.u().contains(spot.u) || !field.v().contains(spot.v) || !field.inside(spot.u, spot.v)) continue;
             const auto turn = turn_until(tool_, insert_, near_->at(spot.u, spot.v), up);
             if (!turn) continue;
             spot.value = turn->f;
@@ -516,7 +686,7 @@ void Position::near_first(bool up, std::vector<Spot>& spots) {
         }
     std::sort(starts.begin(), starts.end(),
               [](const Spot& a, const Spot& b) { return std::tie(a.value, a.u, a.v) < std::tie(b.value, b.u, b.v); });
-    constexpr std::size_t kBest = 4;
+    constexpr std::size_t kBest = 3;
     for (std::size_t k = 0; k < std::min(kBest, starts.size()); ++k)
         spots.push_back(polish_turn(starts[k], up, 0.3 * s_.spacing));
 }
@@ -537,8 +707,9 @@ std::vector<Spot> Position::turn_spots(bool up) {
 
     scratch_.seeds.clear();
     const double D2 = tool_.Ro + tool_.Ri, torus = 2.0 * tool_.Ro + tool_.Ri, wall = std::hypot(tool_.Ro + D2, tool_.top);
-    // A cell of samples hides a dip of the turn of some degrees per mm (section 9); what is worse by more is no candidate.
-    const double margin = std::min(0.3, 0.06 * s_.spacing);
+    // With P exact the samples find the turn to 0.24 deg at 24 across the shadow (section 9, item 4); what is worse by twice that
+    // is no candidate. What hides deeper between samples the proof finds.
+    const double margin = std::min(0.3, 0.01 * s_.spacing);
     Block cosines;
     s_.tile_tree.visit(
         [&](const BoxNode& node) {
@@ -550,22 +721,24 @@ std::vector<Spot> Position::turn_spots(bool up) {
             const Vec3 c = tile.centre - insert_.O1;
             const double distance = c.norm() - tile.radius;
             const double reach = std::min(limit, least + margin);
-            const double most = c.norm() + tile.radius, highest = c.dot(insert_.ew) + tile.radius;
+            const double most = c.norm() + tile.radius, highest = c.dot(insert_.ew) + tile.half.dot(insert_.ew.cwiseAbs());
             if (distance > wall) return;
             // From below a wall is met only by what comes to lie above the torus centre on the way.
-            const bool walls = !up || highest >= -most * std::sin(std::min(0.5 * kPi, reach));
+            const double quarter = std::min(0.5 * kPi, reach), sine = std::sin(quarter), cosine = std::cos(quarter);
+            const bool walls = !up || highest >= -most * sine;
             if (distance > torus && !walls) return;
             // The other way everything is met at w >= 0 and v >= -Ri, after passing below: the way there, from the point's angle
-            // below the horizontal, is at least a quarter turn less asin(Ri / R).
+            // below the horizontal, is at least a quarter turn less asin(Ri / R). What can be met lies at
+            // -w <= R sin(reach - quarter turn + asin(Ri / R)) = Ri sin(reach) - sqrt(R^2 - Ri^2) cos(reach).
             if (!up) {
                 const double nearest = std::max(distance, tool_.Ri);
-                const double below = std::max(0.0, reach - 0.5 * kPi + std::asin(tool_.Ri / nearest));
-                if (highest < -most * std::sin(below)) return;
+                const double below = tool_.Ri * sine - std::sqrt(nearest * nearest - tool_.Ri * tool_.Ri) * cosine;
+                if (highest < -std::max(0.0, below)) return;
             }
             // No point of the tile moves farther against the tool than its distance from the line times the turn.
             if (tool_distance(tool_, {insert_.O1 + tool_.Ro * insert_.ev, insert_.ew}, tile.centre) - tile.radius > most * reach)
                 return;
-            scan_turns(tool_, tile, insert_, up, walls, 1.5 * s_.spacing, cosines);
+            scan_turns(tool_, tile, insert_, up, walls, 2.0 * s_.spacing, cosines);
             local_maxima(cosines, std::cos(std::min(kPi, reach)), [&](int k) {
                 const Field& field = s_.fields[tile.field];
                 Spot seed;
@@ -584,7 +757,9 @@ std::vector<Spot> Position::turn_spots(bool up) {
     for (std::size_t k = 0; k < scratch_.seeds.size(); ++k) {
         if (scratch_.seeds[k].value > least + margin) break;
         spots.push_back(polish_turn(scratch_.seeds[k], up, 2.0 * s_.spacing));
+        if (spots.back().converged) least = std::min(least, spots.back().value);
     }
+    if (!s_.rims.segments.empty()) turn_rims(up, least, margin, spots);
     std::erase_if(spots, [](const Spot& s) { return !std::isfinite(s.value); });
     for (Spot& s : spots) s.value = std::max(0.0, s.value);
     keep_distinct(spots);
@@ -618,7 +793,13 @@ Result<void> Position::second_contact() {
         }
         Spot found;
         found.value = kInfinity;
-        if (proof.gouged) found = polish_turn(spot_of(*proof.gouged), true, 2.0 * s_.spacing);
+        if (proof.gouged) {
+            found = polish_turn(spot_of(*proof.gouged), true, 2.0 * s_.spacing);
+            if (const auto rim = nearest_rim(*proof.gouged)) {
+                const Spot at_rim = polish_turn_rim(*rim, true);
+                if (at_rim.value < found.value) found = at_rim;
+            }
+        }
         if (round >= kMostRepairs || !(found.value < turn))
             return failed(
                 "CertificateFailed", "stage 2",
@@ -758,6 +939,8 @@ void MultipointSolver::Impl::prepare() {
             whole.add(boxes.back());
         }
     span_tree = BoxTree(boxes, 1);
+    for (std::size_t f = 0; f < fields.size(); ++f) rims.add(fields[f], static_cast<std::uint32_t>(f), spacing);
+    rims.build();
 }
 
 double MultipointSolver::Impl::lowest(const Vec3& o) const {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "trunnion/base/parallel.hpp"
+#include "trunnion/pose/multipoint_mesh.hpp"
 
 namespace trunnion {
 
@@ -35,6 +36,7 @@ Result<Rows> rows_of(const Parallel& p, const Multipoint& method, const PathScen
         }
     }
     along.lo += p.margin, along.hi -= p.margin;
+    across.lo += p.margin, across.hi -= p.margin;
     const double step = (p.step > 0.0 ? p.step : scene.cutter.spec().diameter / 12.0) / refine;
     // A length that is a whole number of steps up to rounding ends on its last footprint.
     constexpr double kWhole = 1e-9;
@@ -95,7 +97,8 @@ void close_pass(Positioned& all, std::size_t first, bool closed = false) {
     all.cuts.passes.push_back({first, count, PassKind::cut, false});
 }
 
-Result<Positioned> drop_rows(const MultipointSolver& solver, const Rows& rows, const Control& control) {
+template <class Solver>
+Result<Positioned> drop_rows(const Solver& solver, const Rows& rows, const Control& control) {
     auto poses = solver.drop_all(rows.xy, rows.feed, control);
     if (!poses) return fail_up(std::move(poses));
     Positioned all;
@@ -200,6 +203,43 @@ void limit_steps(Positioned& all, double step, double R_major, double R_minor) {
     }
 }
 
+/// The rows of a pattern that gives footprints, or nothing for one that gives contacts.
+Result<std::optional<Rows>> footprints_of(const Pattern& pattern, const Multipoint& method, const PathScene& scene, int refine) {
+    if (const auto* parallel = std::get_if<Parallel>(&pattern)) {
+        auto rows = rows_of(*parallel, method, scene, refine);
+        if (!rows) return fail_up(std::move(rows));
+        return std::optional<Rows>(std::move(*rows));
+    }
+    if (const auto* points = std::get_if<GivenPoints>(&pattern); points && !points->xy.empty())
+        return std::optional<Rows>(rows_of(*points, method));
+    return std::optional<Rows>();
+}
+
+Result<Positioned> on_surfaces(const Multipoint& method, const MultipointOptions& options, const Pattern& pattern,
+                               const PathScene& scene, int refine, const Control& control) {
+    auto solver = MultipointSolver::build(scene.part, scene.faces, scene.cutter, options);
+    if (!solver) return fail_up(std::move(solver));
+    auto rows = footprints_of(pattern, method, scene, refine);
+    if (!rows) return fail_up(std::move(rows));
+    if (*rows) return drop_rows(*solver, **rows, control);
+    auto contacts = plan_path(pattern, scene, control);
+    if (!contacts) return fail_up(std::move(contacts));
+    return raise_at(*solver, method, *contacts, control);
+}
+
+Result<Positioned> on_mesh(const Multipoint& method, const MultipointOptions& options, const Pattern& pattern,
+                           const PathScene& scene, int refine, const Control& control) {
+    auto solver = MeshPositioner::build(scene.part.mesh, scene.faces, scene.cutter, options);
+    if (!solver) return fail_up(std::move(solver));
+    auto rows = footprints_of(pattern, method, scene, refine);
+    if (!rows) return fail_up(std::move(rows));
+    if (!*rows)
+        return fail(ErrorCode::unsupported, fmt::format("on triangles orientation.method = \"multipoint\" needs footprints: "
+                                                        "path.pattern = \"{}\", or \"{}\" with xy",
+                                                        Parallel::name, GivenPoints::name));
+    return drop_rows(*solver, **rows, control);
+}
+
 }  // namespace
 
 std::vector<std::string_view> positioning_names() {
@@ -213,22 +253,16 @@ Result<Positioned> position(const Multipoint& method, const Pattern& pattern, co
     options.drop_axis = method.drop_axis;
     options.max_tilt = method.max_tilt;
     options.certificate = method.certificate;
-    auto solver = MultipointSolver::build(scene.part, scene.faces, scene.cutter, options);
-    if (!solver) return fail_up(std::move(solver));
-    auto all = [&]() -> Result<Positioned> {
-        if (const auto* parallel = std::get_if<Parallel>(&pattern)) {
-            auto rows = rows_of(*parallel, method, scene, refine);
-            if (!rows) return fail_up(std::move(rows));
-            return drop_rows(*solver, *rows, control);
-        }
-        if (const auto* points = std::get_if<GivenPoints>(&pattern); points && !points->xy.empty())
-            return drop_rows(*solver, rows_of(*points, method), control);
-        auto contacts = plan_path(pattern, scene, control);
-        if (!contacts) return fail_up(std::move(contacts));
-        return raise_at(*solver, method, *contacts, control);
-    }();
+    const auto has_surface = [&](int f) { return scene.part.faces[static_cast<std::size_t>(f)].surface.has_value(); };
+    const bool exact = std::all_of(scene.faces.begin(), scene.faces.end(), has_surface);
+    if (!exact && std::any_of(scene.faces.begin(), scene.faces.end(), has_surface))
+        return fail(ErrorCode::unsupported,
+                    "part.faces mixes faces with surfaces and faces of triangles only; machine them in two jobs");
+    auto all = exact ? on_surfaces(method, options, pattern, scene, refine, control)
+                     : on_mesh(method, options, pattern, scene, refine, control);
     if (!all) return all;
-    if (method.max_step > 0.0) limit_steps(*all, method.max_step, solver->R_major(), solver->R_minor());
+    const double R_minor = scene.cutter.tip_corner_radius(), R_major = scene.cutter.tip_major_radius();
+    if (method.max_step > 0.0) limit_steps(*all, method.max_step, R_major, R_minor);
     for (std::size_t i = 0; i < all->poses.size(); ++i) {
         all->cuts.cl.push_back(all->poses[i].CL);
         all->cuts.axis.push_back(all->poses[i].T);

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "run_program.hpp"
-#include "support/vcrf_surfaces.hpp"
 #include "trunnion/job.hpp"
 #include "trunnion/pose/multipoint.hpp"
+#include "vcrf_experiment.hpp"
 
 namespace {
 

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "support/aimed_random.hpp"
-#include "support/vcrf_surfaces.hpp"
 #include "trunnion/pose/multipoint.hpp"
+#include "vcrf_experiment.hpp"
 
 namespace trunnion {
 namespace {
@@ -317,6 +317,58 @@ TEST(Multipoint, AStraightValleyHoldsTheToolUpright) {
         EXPECT_NEAR(std::abs(p.P.x()), x1, 1e-7);
         EXPECT_LT((Vec3(-p.P.x(), p.P.y(), p.P.z()) - p.Q).norm(), 1e-6);
     }
+}
+
+/// A face cut out of the saddle by a polygon in (u, v): brute force over its inside and along its border.
+TEST(Multipoint, OnATrimmedFaceOnlyWhatIsLeftCounts) {
+    AimedRandom random(48);
+    const Surface surface = vcrf_surface(VcrfSurface::saddle);
+    std::vector<Vec2> loop;
+    for (int k = 0; k < 60; ++k) {
+        const double a = 2.0 * kPi * k / 60, r = 0.3 + 0.08 * std::cos(3.0 * a);
+        loop.emplace_back(0.5 + r * std::cos(a), 0.5 + r * std::sin(a));
+    }
+    Part part;
+    Face face;
+    face.kind = "bspline";
+    face.surface = surface;
+    face.trim = Trim({loop});
+    part.faces.push_back(face);
+    std::vector<Vec3> inside, border;
+    for (int i = 0; i <= 300; ++i)
+        for (int j = 0; j <= 300; ++j)
+            if (face.trim.contains({i / 300.0, j / 300.0})) inside.push_back(surface.point(i / 300.0, j / 300.0));
+    for (std::size_t k = 0; k < loop.size(); ++k)
+        for (int t = 0; t < 200; ++t) {
+            const Vec2 uv = loop[k] + (loop[(k + 1) % loop.size()] - loop[k]) * (t / 200.0);
+            border.push_back(surface.point(uv.x(), uv.y()));
+        }
+    int at_border = 0;
+    for (int k = 0; k < 60; ++k) {
+        const Cutter cutter = vcrf_cutter(k % 2 == 0);
+        MultipointOptions options;
+        options.certificate = 1e-4;
+        const auto solver = MultipointSolver::build(part, {0}, cutter, options);
+        ASSERT_TRUE(solver.has_value());
+        const double a = random.uniform(0, 6.28), r = random.uniform(0, 52);
+        const auto made = solver->drop(75 + r * std::cos(a), 75 + r * std::sin(a));
+        if (!made) {  // nothing under the tool: then nothing of the border is
+            EXPECT_NE(made.error().text().find("NoSurfaceUnderTool"), std::string::npos) << made.error().text();
+            for (const Vec3& S : border) EXPECT_GT(std::hypot(S.x() - 75 - r * std::cos(a), S.y() - 75 - r * std::sin(a)), 12.69);
+            continue;
+        }
+        const MultipointPose& p = *made;
+        at_border += p.P_kind == MultipointContact::edge;
+        double deepest = -1e9;
+        for (const auto* points : {&inside, &border})
+            for (const Vec3& S : *points) deepest = std::max(deepest, depth_at(cutter, p.CL, p.T, S));
+        EXPECT_LT(deepest, 2e-6) << "seed " << random.seed() << " case " << k;
+        EXPECT_NEAR(depth_at(cutter, p.CL, p.T, p.P), 0.0, 1e-9);
+        if (p.Q.allFinite()) {
+            EXPECT_NEAR(depth_at(cutter, p.CL, p.T, p.Q), 0.0, 1e-9);
+        }
+    }
+    EXPECT_GT(at_border, 8);
 }
 
 TEST(Multipoint, RefusesWhatItCannotPlace) {

@@ -1,4 +1,5 @@
-// The three surfaces and the cutter of the two-point positioning paper (sheet multipoint-vcrf, section 11).
+// The three surfaces, the cutter and the footprints of the two-point positioning paper (sheet multipoint-vcrf, section 11;
+// private).
 #pragma once
 
 #include <array>
