@@ -429,7 +429,10 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
                         steps.chord * job.tolerance.chord));
 
     watch.stage("machine");
-    auto moved = follow(std::move(*checked), s, control);
+    const auto check = [&](const PosePath& path) {
+        return check_path(path, s.cutter, s.scene, s.check, control, contact_points(path, poses->contacts));
+    };
+    auto moved = follow(std::move(*checked), s, check, control);
     if (!moved) {
         if (moved.error().code != ErrorCode::cancelled) return fail_up(std::move(moved));
         fill_poses(doc, poses->path, poses->contacts);
