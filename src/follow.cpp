@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "setup.hpp"
+#include "trunnion/machine/singularity.hpp"
 
 namespace trunnion {
 
@@ -117,6 +118,18 @@ PosePath with_rewinds(const MachinePath& path, const Setup& s) {
         }
     }
     return poses;
+}
+
+std::vector<Vec3> away_from_singularity(std::vector<Vec3> axes, const ContactPath& contacts, const Job& job, const Setup& s,
+                                        const Control& control) {
+    if (!job.go_round_singularity) return axes;
+    std::vector<AxisRun> runs;
+    for (const ContactPass& pass : contacts.passes) runs.push_back({pass.first, pass.count});
+    Detours found = go_round_singularity(axes, runs, s.machine, job.singular_cone);
+    if (!found.where.empty())
+        control.say(fmt::format("{} passes go round the singularity, axes change by up to {:.2f} deg", found.where.size(),
+                                degrees(found.largest_change)));
+    return std::move(found.axis);
 }
 
 Result<MachinePath> follow(CheckedPath checked, const Setup& s, const std::function<Result<CheckedPath>(const PosePath&)>& check,

@@ -303,6 +303,10 @@ void read_machine(TomlReader r, const fs::path& folder, Job& job) {
     job.feed = r.positive("feed_mm_min", job.feed * 60.0) / 60.0;
     job.lead_feed = r.positive("lead_feed_mm_min", job.feed * 30.0) / 60.0;
     job.work_offset = r.vector("work_offset_mm");
+    job.go_round_singularity = r.word("singularity", "slow", {"slow", "adapt"}) == "adapt";
+    const double cone = r.positive("singular_cone_deg", 3.0);
+    if (!(cone <= 20.0)) r.wrong("singular_cone_deg", fmt::format("= {:.6g} must be at most 20", cone));
+    job.singular_cone = radians(cone);
     r.finish();
 }
 

@@ -183,6 +183,8 @@ std::string job_to_json(const Job& job) {
         j["machine"]["file"] = job.machine_file;
     j["machine"]["feed_mm_min"] = job.feed * 60.0;
     j["machine"]["lead_feed_mm_min"] = job.lead_feed * 60.0;
+    j["machine"]["singularity"] = job.go_round_singularity ? "adapt" : "slow";
+    j["machine"]["singular_cone_deg"] = degrees(job.singular_cone);
     if (job.work_offset) j["machine"]["work_offset_mm"] = json_of(*job.work_offset);
     j["program"] = {{"dialect", job.dialect}, {"tool_number", job.tool_number}, {"spindle_rpm", job.spindle_rpm}};
     if (job.tcp) j["program"]["tcp"] = *job.tcp;

@@ -152,6 +152,8 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
     auto axes = orient(*contacts, job.method, scene, control);
     if (!axes) return fail_up(std::move(axes));
 
+    *axes = away_from_singularity(std::move(*axes), *contacts, job, s, control);
+
     watch.stage("pose");
     auto cuts = place_cutter(*contacts, *axes, s.cutter);
     if (!cuts) return fail_up(std::move(cuts));

@@ -37,6 +37,10 @@ Result<PosePath> poses_of(const PlanDocument& doc);
 Result<MachinePath> follow(CheckedPath checked, const Setup& s, const std::function<Result<CheckedPath>(const PosePath&)>& check,
                            const Control& control);
 
+/// The axes of a contact path, leant sideways near the machine's singular axis where the job asks for it.
+std::vector<Vec3> away_from_singularity(std::vector<Vec3> axes, const ContactPath& contacts, const Job& job, const Setup& s,
+                                        const Control& control);
+
 /// The path with moves out, round and in before each of `path.jumps()`.
 PosePath with_rewinds(const MachinePath& path, const Setup& s);
 

@@ -47,4 +47,35 @@ file = "machine.toml"
     EXPECT_EQ(run_trunnion("check " + (folder / "out/plan.json").string() + " --quiet").exit, 0);
 }
 
+TEST(SingularPole, IsGoneRoundWhereTheJobAsksAndNothingGouges) {
+    const Folder folder;
+    std::string machine = slurp(std::string(TRUNNION_SOURCE_DIR) + "/data/machines/ac-table-table.toml");
+    machine = std::regex_replace(machine, std::regex("travel_deg = \\[-120, 120\\]"), "travel_deg = [-0.5, 120]");
+    folder.write("machine.toml", machine);
+    // Passes over the top of a dome, the tool along the normal: the middle ones go through the pole or close by.
+    folder.write("job.toml", R"([part]
+surface = { kind = "dome", height_mm = 12, a_mm = 30, b_mm = 30, patch_uv = [-18.0, 18.0, -12.0, 12.1] }
+[cutter]
+shape = "ball"
+diameter_mm = 10
+[path]
+pattern = "isoparametric"
+passes = 5
+[machine]
+file = "machine.toml"
+)");
+    nlohmann::json metrics[2];
+    for (const int k : {0, 1}) {
+        const Finished run = run_trunnion("plan " + (folder / "job.toml").string() + " --quiet --json -o " +
+                                          (folder / "out").string() + (k == 1 ? " --set machine.singularity=adapt" : ""));
+        ASSERT_EQ(run.exit, 0) << k << run.out << run.err;
+        metrics[k] = nlohmann::json::parse(run.out)["metrics"];
+    }
+    std::printf("    least sine %.4f -> %.4f, time %.1f -> %.1f s\n", metrics[0]["least_singularity_sine"].get<double>(),
+                metrics[1]["least_singularity_sine"].get<double>(), metrics[0]["time_dynamic_s"].get<double>(),
+                metrics[1]["time_dynamic_s"].get<double>());
+    EXPECT_LT(metrics[0]["least_singularity_sine"].get<double>(), 0.02);
+    EXPECT_LT(metrics[1]["time_dynamic_s"].get<double>(), metrics[0]["time_dynamic_s"].get<double>());
+}
+
 }  // namespace
