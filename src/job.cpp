@@ -219,9 +219,15 @@ void read_cutter(TomlReader r, Job& job) {
 
 // ---- [path], [orientation], [links] ---------------------------------------------------------------------------------
 
-void read_path(TomlReader r, Job& job) {
-    const std::string pattern = r.word("pattern", "isoparametric", pattern_names());
-    if (pattern == Parallel::name) {
+void read_path(TomlReader r, const fs::path& folder, Job& job) {
+    std::vector<std::string_view> names = pattern_names();
+    names.push_back("cldata");
+    const std::string pattern = r.word("pattern", "isoparametric", names);
+    if (pattern == "cldata") {
+        job.cldata_file = absolute_from(folder, r.text("file", ""));
+        if (job.cldata_file.empty()) r.wrong("file", "is missing: the CLDATA or NC program whose path is to be taken over");
+        job.cldata_reach = r.positive("reach_mm", job.cldata_reach);
+    } else if (pattern == Parallel::name) {
         Parallel p;
         p.direction = radians(r.number("direction_deg", 0.0));
         p.drop_axis = r.direction("drop_axis").value_or(p.drop_axis);
@@ -368,7 +374,7 @@ Result<Job> read_job(const toml::table& root, const std::string& source, const f
     TomlReader r(&root, "", errors);
     read_part(r.table("part"), folder, job);
     read_cutter(r.table("cutter"), job);
-    read_path(r.table("path"), job);
+    read_path(r.table("path"), folder, job);
     read_orientation(r.table("orientation"), job);
     read_links(r.table("links"), job);
     read_machine(r.table("machine"), folder, job);

@@ -173,6 +173,7 @@ std::string job_to_json(const Job& job) {
     j["part"] = json_of_part(job);
     j["cutter"] = json_of_cutter(job);
     j["path"] = json_of(job.pattern);
+    if (!job.cldata_file.empty()) j["path"] = {{"pattern", "cldata"}, {"file", job.cldata_file}, {"reach_mm", job.cldata_reach}};
     const auto& sturz = std::get<Sturz>(job.method);
     j["orientation"] = {
         {"method", Sturz::name}, {"lead_deg", degrees(sturz.lead)}, {"tilt_deg", degrees(sturz.tilt)}, {"outcome", "fail"}};

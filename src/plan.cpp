@@ -144,7 +144,7 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
         path_scene.tilt = sturz->tilt;
     }
     watch.stage("path");
-    auto contacts = plan_path(job.pattern, path_scene, control);
+    auto contacts = job.cldata_file.empty() ? plan_path(job.pattern, path_scene, control) : contacts_of_program(job, s, control);
     if (!contacts) return fail_up(std::move(contacts));
 
     watch.stage("orientation");
@@ -419,7 +419,8 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
             return interrupted(std::move(doc));
         }
         checked = std::move(*result);
-        if (round == kRounds || !chords_fail(*checked, s.check)) break;
+        // The points of another system's path are what they are.
+        if (round == kRounds || !job.cldata_file.empty() || !chords_fail(*checked, s.check)) break;
         steps.chord *= 0.5;
         steps.angle *= 0.7;
         control.say(fmt::format("between poses the cutter goes deeper than allowed: again with chord {:.4g} mm, {:.3g} deg",

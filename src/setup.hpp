@@ -37,6 +37,11 @@ Result<PosePath> poses_of(const PlanDocument& doc);
 Result<MachinePath> follow(CheckedPath checked, const Setup& s, const std::function<Result<CheckedPath>(const PosePath&)>& check,
                            const Control& control);
 
+/// Where the tool of the job's CLDATA or NC program touches the machined faces: pattern "cldata". One pass per run of cutting
+/// moves within reach; the points are those of the program, none added. Error: the file's own, with its line; invalid_input if no
+/// pose touches.
+Result<ContactPath> contacts_of_program(const Job& job, const Setup& s, const Control& control);
+
 /// The axes of a contact path, leant sideways near the machine's singular axis where the job asks for it.
 std::vector<Vec3> away_from_singularity(std::vector<Vec3> axes, const ContactPath& contacts, const Job& job, const Setup& s,
                                         const Control& control);

@@ -38,6 +38,8 @@ struct Job {
     double clearance = 1.0;  ///< mm
     // [path]
     Pattern pattern;
+    std::string cldata_file;    ///< absolute; pattern "cldata": contacts found under the poses of this file, instead of `pattern`
+    double cldata_reach = 0.1;  ///< mm: a pose farther from the machined faces is not a cut
     // [orientation]
     Method method;
     // [links]
