@@ -228,8 +228,14 @@ void read_cutter(TomlReader r, Job& job) {
 // ---- [path], [links] ------------------------------------------------------------------------------------------------
 
 void read_path(TomlReader r, const fs::path& folder, Job& job) {
-    const std::string pattern = r.word("pattern", "isoparametric", pattern_names());
-    if (auto given = read_given_path(r, pattern, folder)) {
+    std::vector<std::string_view> names = pattern_names();
+    names.push_back("cldata");
+    const std::string pattern = r.word("pattern", "isoparametric", names);
+    if (pattern == "cldata") {
+        job.cldata_file = absolute_from(folder, r.text("file", ""));
+        if (job.cldata_file.empty()) r.wrong("file", "is missing: the CLDATA or NC program whose path is to be taken over");
+        job.cldata_reach = r.positive("reach_mm", job.cldata_reach);
+    } else if (auto given = read_given_path(r, pattern, folder)) {
         job.pattern = std::move(*given);
     } else if (pattern == Parallel::name) {
         Parallel p;
@@ -298,6 +304,10 @@ void read_machine(TomlReader r, const fs::path& folder, Job& job) {
     job.feed = r.positive("feed_mm_min", job.feed * 60.0) / 60.0;
     job.lead_feed = r.positive("lead_feed_mm_min", job.feed * 30.0) / 60.0;
     job.work_offset = r.vector("work_offset_mm");
+    job.go_round_singularity = r.word("singularity", "slow", {"slow", "adapt"}) == "adapt";
+    const double cone = r.positive("singular_cone_deg", 3.0);
+    if (!(cone <= 20.0)) r.wrong("singular_cone_deg", fmt::format("= {:.6g} must be at most 20", cone));
+    job.singular_cone = radians(cone);
     r.finish();
 }
 

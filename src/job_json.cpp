@@ -179,6 +179,7 @@ std::string job_to_json(const Job& job) {
     j["part"] = json_of_part(job);
     j["cutter"] = json_of_cutter(job);
     j["path"] = json_of(job.pattern);
+    if (!job.cldata_file.empty()) j["path"] = {{"pattern", "cldata"}, {"file", job.cldata_file}, {"reach_mm", job.cldata_reach}};
     j["orientation"] = json_of_orientation(job);
     j["links"] = json_of_links(job);
     if (job.machine_file.empty())
@@ -187,6 +188,8 @@ std::string job_to_json(const Job& job) {
         j["machine"]["file"] = job.machine_file;
     j["machine"]["feed_mm_min"] = job.feed * 60.0;
     j["machine"]["lead_feed_mm_min"] = job.lead_feed * 60.0;
+    j["machine"]["singularity"] = job.go_round_singularity ? "adapt" : "slow";
+    j["machine"]["singular_cone_deg"] = degrees(job.singular_cone);
     if (job.work_offset) j["machine"]["work_offset_mm"] = json_of(*job.work_offset);
     j["program"] = {{"dialect", job.dialect}, {"tool_number", job.tool_number}, {"spindle_rpm", job.spindle_rpm}};
     if (job.tcp) j["program"]["tcp"] = *job.tcp;

@@ -208,6 +208,10 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
     Result<PosePath> cuts = PosePath{};
     Result<ContactPath> contacts = ContactPath{};
     if (job.positioning) {
+        if (!job.cldata_file.empty())
+            return fail(ErrorCode::invalid_input,
+                        "orientation.method = \"multipoint\" finds contacts of its own and cannot keep those "
+                        "of path.pattern = \"cldata\": choose another of the two");
         watch.stage("pose");
         auto placed = position(*job.positioning, job.pattern, path_scene, denser(steps), control);
         if (!placed) return fail_in(std::move(placed), std::string(Multipoint::name));
@@ -217,7 +221,7 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
         poses.notes = std::move(placed->notes);
     } else {
         watch.stage("path");
-        contacts = plan_path(job.pattern, path_scene, control);
+        contacts = job.cldata_file.empty() ? plan_path(job.pattern, path_scene, control) : contacts_of_program(job, s, control);
         if (!contacts) return fail_up(std::move(contacts));
 
         watch.stage("orientation");
@@ -243,6 +247,7 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
                 });
             axes = std::move(next);
         }
+        *axes = away_from_singularity(std::move(*axes), *contacts, job, s, control);
         if (job.outcome == Outcome::trim) {
             auto trimmed = trim(s, *contacts, *axes, poses.refused, control);
             if (!trimmed) return fail_up(std::move(trimmed));
@@ -568,8 +573,9 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
             return interrupted(std::move(doc));
         }
         checked = std::move(*result);
-        // Given points stay as they are: nothing may be put between them.
-        if (round == kRounds || std::holds_alternative<GivenPoints>(job.pattern) || !chords_fail(*checked, s.check)) break;
+        // Given points, and those of another system's path, stay as they are: nothing may be put between them.
+        const bool given = std::holds_alternative<GivenPoints>(job.pattern) || !job.cldata_file.empty();
+        if (round == kRounds || given || !chords_fail(*checked, s.check)) break;
         steps.chord *= 0.5;
         steps.angle *= 0.7;
         control.say(fmt::format("between poses the cutter goes deeper than allowed: again with chord {:.4g} mm, {:.3g} deg",
@@ -581,7 +587,10 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
                         steps.chord * job.tolerance.chord));
 
     watch.stage("machine");
-    auto moved = follow(std::move(*checked), s, control);
+    const auto check = [&](const PosePath& path) {
+        return check_path(path, s.cutter, s.scene, s.check, control, contact_points(path, poses->contacts));
+    };
+    auto moved = follow(std::move(*checked), s, check, control);
     if (!moved) {
         if (moved.error().code != ErrorCode::cancelled) return fail_up(std::move(moved));
         fill_poses(doc, poses->path, poses->contacts);

@@ -26,27 +26,6 @@ Result<PosePath> poses_of(const PlanDocument& doc) {
     return poses;
 }
 
-/// Axis motion for the path. Where the axes, each running evenly, would stray from the motion that was proved (near a
-/// singularity, or the tip without tool-centre-point control), that motion is cut in pieces until they do not.
-Result<MachinePath> follow(CheckedPath checked, const Setup& s, const Control& control) {
-    constexpr int kRounds = 6;
-    constexpr double kMostPieces = 64.0;  // of one motion in one round: at the pole itself no number is enough
-    for (int round = 1;; ++round) {
-        auto moved = move_machine(checked, s.machine, s.motion, control);
-        if (!moved || round == kRounds) return moved;
-        const std::vector<double>& over = moved->overstep();
-        std::vector<int> pieces(over.size(), 1);
-        bool any = false;
-        for (std::size_t i = 0; i < over.size(); ++i) {
-            if (!(over[i] > 1.0) || !checked.verdicts()[i].valid) continue;
-            pieces[i] = static_cast<int>(std::clamp(std::ceil(1.1 * std::sqrt(over[i])), 2.0, kMostPieces));
-            any = true;
-        }
-        if (!any) return moved;
-        checked = subdivide(checked, pieces);
-    }
-}
-
 namespace {
 
 /// The job of the plan with another machine and dialect.
@@ -85,9 +64,10 @@ Result<Posted> post(const std::filesystem::path& plan_file, const PostOptions& o
     if (!setup) return fail_up(std::move(setup));
     auto poses = poses_of(*doc);
     if (!poses) return fail_in(std::move(poses), name);
-    auto checked = check_path(*poses, setup->cutter, setup->scene, setup->check, control);
+    const auto check = [&](const PosePath& path) { return check_path(path, setup->cutter, setup->scene, setup->check, control); };
+    auto checked = check(*poses);
     if (!checked) return fail_up(std::move(checked));
-    auto moved = follow(std::move(*checked), *setup, control);
+    auto moved = follow(std::move(*checked), *setup, check, control);
     if (!moved) return fail_up(std::move(moved));
 
     Posted posted;

@@ -170,7 +170,11 @@ int run_list(const Options& o) {
         names(method_names());
         names(positioning_names());
     }
-    if (o.file == "patterns") names(pattern_names());
+    if (o.file == "patterns") {
+        std::vector<std::string_view> all = pattern_names();
+        all.push_back("cldata");  // read from a program, which the path room does not know
+        names(all);
+    }
     if (o.file == "cutters") names(cutter_shape_names());
     if (o.file == "dialects")
         for (const std::string& d : dialect_names()) entries.push_back({d, find_dialect(d)->title});

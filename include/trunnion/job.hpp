@@ -47,6 +47,8 @@ struct Job {
     double clearance = 1.0;  ///< mm
     // [path]
     Pattern pattern;
+    std::string cldata_file;    ///< absolute; pattern "cldata": contacts found under the poses of this file, instead of `pattern`
+    double cldata_reach = 0.1;  ///< mm: a pose farther from the machined faces is not a cut
     // [orientation]
     Method method;
     std::vector<AxisStep> then;  ///< behind the method, in order
@@ -62,6 +64,8 @@ struct Job {
     std::string machine_name = "ac-table-table";
     std::string machine_file;              ///< absolute; instead of a name
     double feed = 25.0, lead_feed = 12.5;  ///< mm/s
+    bool go_round_singularity = false;     ///< lean the axes sideways near the machine's singular axis
+    double singular_cone = 0.05236;        ///< rad (3 deg): the distance kept then
     std::optional<Vec3> work_offset;       ///< mm, overrides the machine file's
     // [program]
     std::string dialect = "linuxcnc";  ///< or the absolute path of a dialect file

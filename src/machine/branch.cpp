@@ -11,6 +11,8 @@ namespace {
 constexpr double kTurn = 2 * kPi;
 /// Cost (s) of a motion that was not checked. More than any rotary travel, so that the fewest of them are taken.
 constexpr double kUncheckedCost = 1e6;
+/// On a link a little less: of equally many, those on links are taken.
+constexpr double kUncheckedLinkCost = 0.999e6;
 /// Beyond this turn per motion an axis does not follow the tool axis: that takes at most half a turn.
 constexpr double kRewindAngle = 1.5 * kPi;
 constexpr int kCountedTurns = 16;
@@ -31,11 +33,13 @@ struct Lattice {
 
 class BranchSearch {
 public:
-    BranchSearch(const Chain& chain, const CheckedPath& checked, std::span<const PoseChoices> poses, Lattice lattice)
+    BranchSearch(const Chain& chain, const CheckedPath& checked, std::span<const PoseChoices> poses,
+                 std::span<const std::uint8_t> link, Lattice lattice)
         : chain_(chain),
           checked_(checked),
           axes_(checked.poses().axis),
           poses_(poses),
+          link_(link),
           lattice_(lattice),
           slots_(lattice.slots()) {
         for (int j : {0, 1}) weight_[j] = 1.0 / limits(j).velocity;
@@ -70,7 +74,8 @@ public:
                     double cost = now[before].cost;
                     for (int j : {0, 1}) cost += weight_[j] * std::abs(words[j] - now[before].words[j]);
                     if (cost >= next[slot].cost) continue;
-                    if (unchecked(i, before, now[before].words, slot, words)) cost += kUncheckedCost;
+                    if (unchecked(i, before, now[before].words, slot, words))
+                        cost += link_[i] ? kUncheckedLinkCost : kUncheckedCost;
                     if (cost >= next[slot].cost) continue;
                     next[slot] = {cost, words};
                     origin[slot] = static_cast<std::uint16_t>(before);
@@ -169,6 +174,7 @@ private:
     const CheckedPath& checked_;
     std::span<const Vec3> axes_;
     std::span<const PoseChoices> poses_;
+    std::span<const std::uint8_t> link_;
     Lattice lattice_;
     int slots_;
     std::array<double, 2> weight_{};
@@ -249,7 +255,7 @@ Result<Branch> choose_branch(const Chain& chain, const CheckedPath& checked, std
             lattice.count[j] = static_cast<int>(std::floor((limits.hi + kPi) / kTurn)) - lattice.first[j] + 1;
         }
         while (true) {
-            auto found = BranchSearch(chain, checked, poses, lattice).run(start, control);
+            auto found = BranchSearch(chain, checked, poses, link, lattice).run(start, control);
             if (!found) return found;
             branch = std::move(*found);
             // Shift the endless axes into their travel; count the turns of one that does not fit, and search again.

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -10,6 +12,7 @@ namespace trunnion {
 std::vector<std::string> built_in_machine_names() {
     std::vector<std::string> names;
     for (const auto& machine : detail::embedded_machines()) names.emplace_back(machine.name);
+    std::sort(names.begin(), names.end());
     return names;
 }
 

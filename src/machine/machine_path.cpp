@@ -155,6 +155,7 @@ struct MachinePathMaker {
     /// Is the motion towards each pose one that was checked?
     Result<void> cover_motions(const Control& control) {
         std::vector<double> axis_deviation(size(), 0.0), tip_deviation(size(), 0.0);
+        std::vector<std::uint8_t> jump(size(), 0);
         path.overstep_.assign(size(), 0.0);
         auto done = parallel_for(size(), kGrain, control, "motion between poses", [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = std::max<std::size_t>(begin, 1); i < end; ++i) {
@@ -167,6 +168,7 @@ struct MachinePathMaker {
                 axis_deviation[i] = deviation_bound(chain, motion, std::max(end_error(i - 1), end_error(i)), slack);
                 path.overstep_[i] = axis_deviation[i] / slack;
                 if (axis_deviation[i] > slack) {
+                    jump[i] = is_jump(i);
                     if (path.why_[i].empty()) path.why_[i] = uncovered_text(i, axis_deviation[i]);
                     axis_deviation[i] = 0.0;
                 }
@@ -181,11 +183,19 @@ struct MachinePathMaker {
             }
         });
         if (!done) return done;
+        for (std::size_t i = 1; i < size(); ++i)
+            if (jump[i]) path.jumps_.push_back(i);
         for (const double d : axis_deviation) path.totals_.axis_deviation = std::max(path.totals_.axis_deviation, d);
         for (const double d : tip_deviation) path.totals_.tip_deviation = std::max(path.totals_.tip_deviation, d);
         return {};
     }
 
+    bool is_jump(std::size_t i) const {
+        const JointPosition &from = path.joints_[i - 1], &to = path.joints_[i];
+        // Not at the pole, where the turn is one that the tool axis asks for.
+        if (choices[i].rotary.free || choices[i - 1].rotary.free) return false;
+        return path.branch_[i] != path.branch_[i - 1] || std::abs(to[3] - from[3]) > kPi || std::abs(to[4] - from[4]) > kPi;
+    }
     std::string uncovered_text(std::size_t i, double deviation) const {
         const JointPosition &from = path.joints_[i - 1], &to = path.joints_[i];
         int widest = 3;

@@ -11,6 +11,8 @@ namespace {
 /// A block whose tip moves less than this part of what its feed allows in the time of its rotary axes counts as a turn on the
 /// spot.
 constexpr double kRests = 1e-3;
+/// What takes less than this (s) at feed and axis velocities is no motion but the rounding of its ends.
+constexpr double kNoTime = 1e-10;
 
 const AxisLimits& limits_of(const Machine& machine, int j) {
     return j < 3 ? machine.linear[j].limits : machine.rotary[j - 3].limits;
@@ -76,6 +78,7 @@ Result<MotionTiming> time_motion(const MachinePath& path, const TimingOptions& o
             seconds = std::max(seconds, std::abs(path.joints()[i][j] - path.joints()[i - 1][j]) / limits[j].velocity);
         rests[i] = chord[i] < kRests * feed[i] * seconds;
         length[i] = rests[i] ? feed[i] * seconds : chord[i];
+        if (length[i] < kNoTime * feed[i]) length[i] = 0.0;
     }
     // Stretches: a stop where the tip turns a corner, begins to rest, or does not move at all.
     std::vector<Stretch> stretches;

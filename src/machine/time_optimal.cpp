@@ -16,6 +16,8 @@ constexpr double kUnlimited = 1e100;
 /// A square is kept this much (relative) inside the border of its interval, many ulp, so that rounding in the pass forward cannot
 /// leave it empty; over 1e5 cells the speed loses 1e-8.
 constexpr double kInside = 1.0 - 1e-13;
+/// Part of a controllable square that is kept where rounding would leave none.
+constexpr double kTrace = 1e-20;
 /// Newton's method on a concave function of 22 lines meets each line once at most.
 constexpr int kMostSteps = 40;
 constexpr int kRows = 12;
@@ -174,7 +176,9 @@ SpeedProfile time_optimal(std::span<const double> step, std::span<const PathSamp
     for (std::size_t i = 0; i + 1 < n; ++i) {
         int row = 0;
         const double u = passes.cell(i, +1, controllable[i + 1]).greatest(x[i], row);
-        x[i + 1] = std::clamp(x[i] + 2 * step[i] * u, 0.0, controllable[i + 1]);
+        // Where the two terms cancel to nothing a trace is left, too little to matter to any limit: two points at rest in a row
+        // would take for ever.
+        x[i + 1] = std::clamp(x[i] + 2 * step[i] * u, detail::kTrace * controllable[i + 1], controllable[i + 1]);
     }
     profile.seconds.resize(n - 1);
     for (std::size_t i = 0; i + 1 < n; ++i) profile.seconds[i] = 2 * step[i] / (std::sqrt(x[i]) + std::sqrt(x[i + 1]));

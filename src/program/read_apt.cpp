@@ -16,19 +16,24 @@ namespace {
 constexpr double kInch = 25.4;
 /// Files of four decimals hold unit vectors to 1e-4; beyond this the three numbers are not meant as one.
 constexpr double kAxisLengthSlack = 1e-3;
+/// An arc becomes chords that leave it by this much (mm) at most.
+constexpr double kArcChord = 5e-4;
+/// Ends of an arc may miss its circle by this much (mm), and by this part of the radius: points have three decimals in many
+/// files.
+constexpr double kArcSlack = 0.01, kArcSlackOfRadius = 1e-3;
 
 /// Free text up to the end of the line, slashes and commas included.
-constexpr std::array<std::string_view, 6> kText{"PARTNO", "PPRINT", "REMARK", "INSERT", "TITLE", "LETTER"};
+constexpr std::array<std::string_view, 7> kText{"PARTNO", "PPRINT", "TPRINT", "REMARK", "INSERT", "TITLE", "LETTER"};
 /// Nothing of the tool path.
-constexpr std::array<std::string_view, 37> kPassedOver{
+constexpr std::array<std::string_view, 38> kPassedOver{
     "CUTTER", "LOADTL", "LOAD",       "SELECT", "SELCTL", "TURRET", "TLDATA", "TOOL PATH", "TOOLNO", "SPINDL",
     "COOLNT", "TOLER",  "INTOL",      "OUTTOL", "MACHIN", "CLEARP", "DELAY",  "STOP",      "OPSTOP", "OPSKIP",
     "DISPLY", "PAINT",  "MODE",       "HEAD",   "SEQNO",  "CLAMP",  "LINTOL", "PLUNGE",    "RETRCT", "SYN",
-    "PREFUN", "AUXFUN", "CATPROCESS", "AIR",    "PROBE",  "LEADER", "VERIFY"};
+    "PREFUN", "AUXFUN", "CATPROCESS", "AIR",    "REWIND", "PROBE",  "LEADER", "VERIFY"};
 /// What they would do to the path is not known to this reader.
-constexpr std::array<std::string_view, 17> kRefused{"CIRCLE", "ARCSLP", "CYCLE",  "CUTCOM", "TRANS",  "ORIGIN",
-                                                    "ROTATE", "ROTABL", "ROTHED", "COPY",   "TRACUT", "INDEX",
-                                                    "GODLTA", "GOHOME", "GOTOS",  "THREAD", "INCLUD"};
+constexpr std::array<std::string_view, 16> kRefused{"ARCSLP", "CYCLE",  "CUTCOM", "TRANS",  "ORIGIN", "ROTATE",
+                                                    "ROTABL", "ROTHED", "COPY",   "TRACUT", "INDEX",  "GODLTA",
+                                                    "GOHOME", "GOTOS",  "THREAD", "INCLUD"};
 
 template <std::size_t N>
 bool contains(const std::array<std::string_view, N>& words, std::string_view word) {
@@ -41,10 +46,14 @@ public:
         program_.dialect = "apt";
         program_.blocks.reserve(text.size() / 80);
         int line = 0;
-        bool continued = false;
+        bool continued = false, remark_continued = false;
         while (!text.empty()) {
             ++line;
-            std::string_view part = take_line(text);
+            std::string_view part = trimmed(take_line(text));
+            // Creo puts statements into comments ($$->); they are continued like others.
+            const bool remark = remark_continued || part.starts_with("$$->");
+            remark_continued = remark && part.ends_with('$');
+            if (remark) continue;
             part = trimmed(part.substr(0, part.find("$$")));
             const bool more = !part.empty() && part.back() == '$';
             if (more) part = trimmed(part.substr(0, part.size() - 1));
@@ -60,6 +69,7 @@ public:
             joined_.clear();
         }
         if (continued) return wrong("the file ends in the middle of a statement that is continued ($)");
+        if (circle_) return wrong("CIRCLE without the GOTO that ends its arc");
         if (!ended_) {
             line_ = line;
             return wrong("the file has no FINI and no END-OF-PATH: it is not complete");
@@ -75,6 +85,7 @@ private:
     Result<void> statement(std::string_view text) {
         if (text.empty()) return {};
         if (finished_) return wrong("a statement after FINI");
+        if (circle_ && text.starts_with("FINI")) return wrong("CIRCLE without the GOTO that ends its arc");
         const std::size_t slash = text.find('/');
         std::string_view arguments = slash == std::string_view::npos ? std::string_view() : text.substr(slash + 1);
         const std::string word = upper(trimmed(text.substr(0, slash)));
@@ -104,6 +115,7 @@ private:
             return set_axis((*values)[0], (*values)[1], (*values)[2]);
         }
         if (word == "MSYS") return system(arguments);
+        if (word == "CIRCLE") return circle(arguments);
         if (contains(kPassedOver, word)) return {};
         // Switched off they do nothing.
         if ((word == "CUTCOM" || word == "CYCLE" || word == "COPY" || word == "TRACUT") &&
@@ -169,19 +181,74 @@ private:
     Result<void> go_to(std::string_view arguments) {
         const auto position = place(arguments, "GOTO");
         if (!position) return tl::unexpected(position.error());
+        if (circle_)
+            if (auto done = arc_to(*position); !done) return done;
+        add(*position);
+        rapid_ = false;  // RAPID holds for one motion
+        ended_ = false;
+        return {};
+    }
+    void add(const Vec3& position) {
         ProgramBlock block;
         block.line = line_;
         block.rapid = rapid_;
-        block.tip = {*position, axis_};
+        block.tip = {position, axis_};
         block.feed = rapid_ ? 0.0 : feed_;
-        rapid_ = false;  // RAPID holds for one motion
-        ended_ = false;
         program_.blocks.push_back(block);
+        last_ = position;
+        last_axis_ = axis_;
+    }
+
+    struct Circle {
+        Vec3 centre, axis;
+        double radius;
+    };
+    /// CIRCLE/x,y,z,i,j,k,r,...: the way to the next GOTO is an arc of it, right-handed about (i, j, k).
+    Result<void> circle(std::string_view arguments) {
+        const auto v = numbers(arguments);
+        if (!v) return tl::unexpected(v.error());
+        if (v->size() < 7) return wrong(fmt::format("CIRCLE needs centre, axis and radius, seven numbers; it has {}", v->size()));
+        const Vec3 axis((*v)[3], (*v)[4], (*v)[5]);
+        if (!(std::abs(axis.norm() - 1.0) <= kAxisLengthSlack) || !((*v)[6] > 0))
+            return wrong(fmt::format("CIRCLE has an axis of length {:.6g} and the radius {:g}", axis.norm(), (*v)[6]));
+        if (circle_) return wrong("CIRCLE twice without a GOTO between");
+        circle_ = Circle{Vec3((*v)[0], (*v)[1], (*v)[2]) * unit_, axis.normalized(), (*v)[6] * unit_};
+        return {};
+    }
+    /// The chords before the last point.
+    Result<void> arc_to(const Vec3& end) {
+        const Circle c = *circle_;
+        circle_.reset();
+        if (!last_) return wrong("an arc (CIRCLE) before the first position");
+        if (angle_between(*last_axis_, axis_) > kAxisLengthSlack)
+            return wrong("an arc (CIRCLE) on which the tool axis turns is not read; write it as GOTO points");
+        const auto across = [&](const Vec3& p) -> Vec3 { return (p - c.centre) - (p - c.centre).dot(c.axis) * c.axis; };
+        const Vec3 from = across(*last_), to = across(end);
+        const double slack = kArcSlack + kArcSlackOfRadius * c.radius;
+        for (const Vec3& p : {from, to})
+            if (std::abs(p.norm() - c.radius) > slack)
+                return wrong(fmt::format("an end of the arc is {:.4f} mm from the centre of its CIRCLE, the radius is {:.4f}",
+                                         p.norm(), c.radius));
+        double angle = std::atan2(from.cross(to).dot(c.axis), from.dot(to));
+        // Back where it began: once round.
+        if (angle <= kArcSlack / c.radius) angle += 2 * kPi;
+        const double step = 2 * std::acos(std::max(0.5, 1.0 - kArcChord / c.radius));
+        const int pieces = static_cast<int>(std::min(1e5, std::ceil(angle / step)));
+        const double rise = (end - *last_).dot(c.axis), radius = from.norm(), growth = to.norm() - radius;
+        const Vec3 start = *last_, u = from / radius, v = c.axis.cross(u);
+        const Vec3 foot = start - from;
+        for (int k = 1; k < pieces; ++k) {
+            const double t = static_cast<double>(k) / pieces;
+            add(foot + t * rise * c.axis + (radius + t * growth) * (std::cos(t * angle) * u + std::sin(t * angle) * v));
+        }
         return {};
     }
     /// Where the tool stands before the first motion: no motion itself.
     Result<void> from(std::string_view arguments) {
-        if (const auto position = place(arguments, "FROM"); !position) return tl::unexpected(position.error());
+        const auto position = place(arguments, "FROM");
+        if (!position) return tl::unexpected(position.error());
+        last_ = *position;
+        last_axis_ = axis_;
         return {};
     }
 
@@ -256,6 +323,8 @@ private:
     std::string joined_;
     int line_ = 0;
     Vec3 axis_ = Vec3::UnitZ();
+    std::optional<Vec3> last_, last_axis_;
+    std::optional<Circle> circle_;
     double unit_ = 1.0, feed_ = 0.0;
     bool rapid_ = false, single_axis_ = false, ended_ = false, finished_ = false;
 };

@@ -136,10 +136,11 @@ TEST(MachineFile, AMissingFileIsNotFound) {
     EXPECT_EQ(load_machine("/nonexistent/machine.toml").error().code, ErrorCode::not_found);
 }
 
-TEST(BuiltInMachines, AreTheEightOfTheDocumentationAndAllOfThemRead) {
+TEST(BuiltInMachines, AreThoseOfTheDocumentationAndAllOfThemRead) {
     EXPECT_THAT(built_in_machine_names(),
-                ElementsAre("ab-head-head", "ac-table-table", "b-head-c-table", "bc-head-head", "bc-table-table",
-                            "linuxcnc-5axis", "linuxcnc-xyzac-trt", "linuxcnc-xyzbc-trt"));
+                ElementsAre("ab-head-head", "ac-head-head", "ac-table-table", "b-head-c-table", "bc-head-head", "bc-table-table",
+                            "linuxcnc-5axis", "linuxcnc-xyzac-trt", "linuxcnc-xyzbc-trt", "nutating-head",
+                            "nutating-head-c-table", "nutating-table"));
     for (const std::string& name : built_in_machine_names()) {
         const auto m = built_in_machine(name);
         ASSERT_TRUE(m) << name << ": " << m.error().text();

@@ -385,6 +385,64 @@ TEST(MoveMachine, GivesTheSameBitsForAnyNumberOfThreads) {
     EXPECT_EQ(one.time(), all.time());
 }
 
+/// Fewest jumps of any choice of solution and turns, by trying all of them pose by pose: written from the definition, with the
+/// library's inverse() alone. A motion is continuous if both rotary words move by less than `step`.
+int fewest_jumps(const PosePath& poses, const Machine& machine, double step) {
+    std::vector<std::array<double, 2>> states;
+    std::vector<int> jumps;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+        std::vector<std::array<double, 2>> now;
+        for (const InverseSolution& s : inverse(machine, poses.cl[i], poses.axis[i], 100))
+            for (int a = -3; a <= 3; ++a)
+                for (int b = -3; b <= 3; ++b) {
+                    const std::array<double, 2> words{s.joints[3] + 2 * kPi * a, s.joints[4] + 2 * kPi * b};
+                    bool inside = true;
+                    for (int j : {0, 1})
+                        inside = inside && words[j] >= machine.rotary[j].limits.lo && words[j] <= machine.rotary[j].limits.hi;
+                    if (inside) now.push_back(words);
+                }
+        std::vector<int> count(now.size(), i == 0 ? 0 : 1'000'000);
+        for (std::size_t k = 0; k < now.size() && i > 0; ++k)
+            for (std::size_t l = 0; l < states.size(); ++l) {
+                const bool continuous = std::abs(now[k][0] - states[l][0]) < step && std::abs(now[k][1] - states[l][1]) < step;
+                count[k] = std::min(count[k], jumps[l] + (continuous ? 0 : 1));
+            }
+        states = now;
+        jumps = count;
+    }
+    return *std::min_element(jumps.begin(), jumps.end());
+}
+
+TEST(MoveMachine, JumpsOnlyWhereBruteForceOverAllBranchesMustToo) {
+    std::mt19937_64 random(41);
+    const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+    int with = 0;
+    for (int k = 0; k < 60; ++k) {
+        Machine machine = *built_in_machine(k % 2 == 0 ? "ac-table-table" : "nutating-head-c-table");
+        // The axis that winds up: less than two turns.
+        machine.rotary[1].limits.lo = -uniform(1.0, 5.0);
+        machine.rotary[1].limits.hi = machine.rotary[1].limits.lo + uniform(2 * kPi, 3.5 * kPi);
+        if (uniform(0, 1) < 0.5) machine.rotary[0].limits.lo = -0.05;  // and one solution only
+        const double rate = uniform(-4, 4), tilt = uniform(0.4, 1.0), phase = uniform(0, 6);
+        PosePath poses;
+        std::vector<Vec3> tips, axes;
+        for (int i = 0; i < 150; ++i) {
+            const double t = i / 150.0, a = phase + 2 * kPi * rate * (t + 0.3 * std::sin(5 * t)),
+                         b = tilt + 0.2 * std::sin(9 * t);
+            tips.emplace_back(20 * std::cos(a), 20 * std::sin(a), 5);
+            axes.emplace_back(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b));
+        }
+        poses = one_pass(tips, axes);
+        const MachinePath path = moved(poses, machine, radians(8));
+        const int expected = fewest_jumps(poses, machine, 1.0);
+        ASSERT_EQ(path.jumps().size(), static_cast<std::size_t>(expected)) << "case " << k;
+        EXPECT_EQ(path.valid(), expected == 0);
+        with += expected > 0;
+    }
+    EXPECT_GT(with, 15);
+    EXPECT_LT(with, 55);
+}
+
 TEST(MoveMachine, AnEmptyPathIsAnEmptyMotion) {
     const MachinePath path = moved({}, *built_in_machine("ac-table-table"));
     EXPECT_TRUE(path.valid());

@@ -180,6 +180,15 @@ TEST(TimeOptimal, DoesNotFailOnAnyPath) {
         ASSERT_LE(r.least_time, r.time * (1 + 1e-9)) << "case " << k;
         for (std::size_t i = 0; i < path.step.size(); ++i) ASSERT_LE(used_in_cell(path, r, limits, i), 1 + 1e-6) << "case " << k;
     }
+    // A cell of no length beside one of a millimetre, and what a spline makes of it.
+    for (const double huge : {1e6, 1e15, 1e25}) {
+        GridPath path = straight(4, 4, 50);
+        path.step[2] = 1e-15;
+        path.samples[2].d2[0] = huge;
+        path.samples[3].d2[1] = huge;
+        const SpeedProfile r = time_optimal(path.step, path.samples, test_limits());
+        ASSERT_TRUE(std::isfinite(r.time) && r.time > 0) << huge;
+    }
     // As long as they come: bounds that cross by an ulp must not stop it.
     for (int k = 0; k < 10; ++k) {
         const GridPath path = random.sines(100000, 1e-4);
@@ -292,6 +301,19 @@ TEST(TimeMotion, TakesNoLessThanFeedAndVelocitiesAloneAndTheSameForAnyNumberOfTh
         EXPECT_NEAR(sum, 1, 1e-9);
         for (std::size_t i = 1; i < 2000; ++i) ASSERT_GE(one->time[i], one->time[i - 1]);
     }
+}
+
+TEST(TimeMotion, PosesThatDifferByRoundingTakeNoTime) {
+    const Machine machine = *built_in_machine("b-head-c-table");
+    std::vector<Vec3> tips;
+    for (int i = 0; i < 10; ++i) tips.emplace_back(i, 0, 0);
+    const double once = time_motion(lines(tips, Vec3::UnitZ(), machine, 50), {}, {})->total;
+    tips.insert(tips.begin() + 1, tips[0] + Vec3(1e-14, 0, 0));
+    tips.insert(tips.begin() + 6, tips[5]);
+    const auto twice = time_motion(lines(tips, Vec3::UnitZ(), machine, 50), {}, {});
+    EXPECT_NEAR(twice->total, once, 0.05);  // a stop more
+    EXPECT_EQ(twice->time[1], 0.0);
+    EXPECT_EQ(twice->time[6], twice->time[5]);
 }
 
 TEST(TimeMotion, JerkLimitsOfTheMachineAreKept) {

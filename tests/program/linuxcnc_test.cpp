@@ -14,6 +14,7 @@
 
 #include "support/linuxcnc.hpp"
 #include "support/machine_path.hpp"
+#include "trunnion/machine/timing.hpp"
 #include "trunnion/program/program.hpp"
 
 #ifndef TRUNNION_LINUXCNC_RUN
@@ -195,6 +196,17 @@ TEST_F(Linuxcnc, PlannedTimeOfInverseTimeProgramsIsKept) {
     std::printf("    LinuxCNC %.3f s, planned %.3f s\n", end - begin, path.totals().time);
     EXPECT_GT(ratio, 0.97);
     EXPECT_LT(ratio, 1.25);
+    // The same limits under our own dynamics. At a tenth of these accelerations LinuxCNC takes far longer, because with rotary
+    // words each of its blocks must be able to stop; that says as much of the length of blocks as of the machine.
+    Machine limited = machine;
+    for (LinearAxis& axis : limited.linear) axis.limits.velocity = 500, axis.limits.acceleration = 50000;
+    limited.rotary[0].limits.velocity = radians(150);
+    limited.rotary[1].limits.velocity = radians(240);
+    for (RotaryAxis& axis : limited.rotary) axis.limits.acceleration = radians(50000);
+    const auto timing = time_motion(path_on(limited, poses, false), {}, {});
+    ASSERT_TRUE(timing);
+    std::printf("    LinuxCNC / time under accelerations: %.4f\n", (end - begin) / timing->total);
+    EXPECT_NEAR((end - begin) / timing->total, 1.0, 0.05);
 }
 
 }  // namespace

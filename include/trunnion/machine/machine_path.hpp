@@ -48,6 +48,9 @@ public:
     /// without tool-centre-point control its tip from the straight line. At most 1 where it is covered; falls with the square of
     /// the step where a motion is cut in pieces.
     const std::vector<double>& overstep() const { return overstep_; }
+    /// Poses on whose way the axes would have to jump (turn round or change the solution), since no continuous branch stays
+    /// inside the travel: as few as there can be, on links before cuts. There the tool has to go out and wind back.
+    const std::vector<std::size_t>& jumps() const { return jumps_; }
     const std::vector<std::string>& warnings() const { return warnings_; }  ///< singular neighbourhoods, slow axes...
 
     struct Totals {
@@ -73,6 +76,7 @@ private:
     std::vector<std::uint8_t> branch_;
     std::vector<double> feed_, time_, overstep_;
     std::vector<std::string> why_, warnings_;
+    std::vector<std::size_t> jumps_;
     Totals totals_;
     bool valid_ = false;
 };
