@@ -35,7 +35,9 @@ private:
         const PosePath& p = path.poses_;
         out.poses_.cl.push_back(p.cl[i - 1] + t * (p.cl[i] - p.cl[i - 1]));
         out.poses_.axis.push_back(slerp(p.axis[i - 1], p.axis[i], t));
-        out.poses_.contact.push_back(p.contact[i] >= 0 && p.contact[i - 1] >= 0 ? kOnChord : kNoContact);
+        // A piece of a chord is a chord.
+        const auto cuts = [&](std::size_t k) { return p.contact[k] >= 0 || p.contact[k] == kOnChord; };
+        out.poses_.contact.push_back(cuts(i) && cuts(i - 1) ? kOnChord : kNoContact);
         Verdict v = path.verdicts_[i];
         v.gouge = v.motion_gouge;
         v.clearance = v.motion_clearance;

@@ -44,6 +44,22 @@ TEST(CheckPath, TouchingTheTopOfABlockIsValidAndAHairDeeperIsNot) {
     }
 }
 
+TEST(CheckPath, APieceOfAChordIsJudgedAsAChordHoweverOftenItIsCut) {
+    // 8 um deep, which the chord tolerance allows between two contacts.
+    const CheckScene scene = scene_of(block({-20, -20, -10}, {20, 20, 0}));
+    const Cutter ball = make_cutter(ball_spec(6.0));
+    PosePath path = line({-1, 0, 0}, {1, 0, 0}, 2);
+    path.cl[0].z() = path.cl[1].z() = -0.008;
+    path.contact[0] = kOnChord;  // such a depth is allowed on the way only
+    path.contact[1] = kOnChord;
+    auto checked = check_path(path, ball, scene, {}, {});
+    ASSERT_TRUE(checked && checked->valid());
+    CheckedPath pieces = subdivide(subdivide(*checked, {1, 2}), {1, 2, 2});
+    ASSERT_EQ(pieces.poses().size(), 5u);
+    for (const std::int64_t contact : pieces.poses().contact) EXPECT_EQ(contact, kOnChord);
+    EXPECT_TRUE(check_path(pieces.poses(), ball, scene, {}, {})->valid());
+}
+
 TEST(CheckPath, AHolderThatComesTooCloseIsNamedWithItsPlaceAndBody) {
     const Cutter cutter = tool_with_holder();
     // The holder's lower edge runs at height 10 and radius 15; a post 16 mm beside the axis is 1 mm from it.
