@@ -139,23 +139,30 @@ std::string figure(const std::vector<ComparedMethod>& rows) {
 std::string table_of(const std::vector<ComparedMethod>& rows, const Job& job) {
     std::string t = fmt::format("machine {}, feed {:.0f} mm/min\n",
                                 job.machine_file.empty() ? job.machine_name : job.machine_file, 60.0 * job.feed);
+    // Keys of a method stand below the table: they would push its columns apart.
+    const auto short_name = [](const ComparedMethod& row) {
+        const std::size_t query = row.name.find('?');
+        return query == std::string::npos ? row.name : row.name.substr(0, query) + " *";
+    };
     std::size_t width = 8;
-    for (const ComparedMethod& row : rows) width = std::max(width, row.name.size());
+    for (const ComparedMethod& row : rows) width = std::max(width, short_name(row).size());
     t += fmt::format("{:<{}} {:>9} {:>9} {:>10} {:>10} {:>11} {:>8} {:>8} {:>8}  {}\n", "method", width, "Delta T", "|T'|",
                      "S rms", "S max", "accel.", "time", "strip", "sine", "verdict");
     t += fmt::format("{:<{}} {:>9} {:>9} {:>10} {:>10} {:>11} {:>8} {:>8} {:>8}\n", "", width, "deg", "deg/mm", "deg/xi2",
                      "deg/xi2", "deg/s2", "s", "mm", "least");
     for (const ComparedMethod& row : rows) {
         if (!row.error.empty()) {
-            t += fmt::format("{:<{}} no plan: {}\n", row.name, width, row.error);
+            t += fmt::format("{:<{}} no plan: {}\n", short_name(row), width, row.error);
             continue;
         }
         t += fmt::format(
-            "{:<{}} {:>9.2f} {:>9.4f} {:>10.4g} {:>10.4g} {:>11.4g} {:>8.1f} {:>8.3f} {:>8.3f}  {}\n", row.name, width,
+            "{:<{}} {:>9.2f} {:>9.4f} {:>10.4g} {:>10.4g} {:>11.4g} {:>8.1f} {:>8.3f} {:>8.3f}  {}\n", short_name(row), width,
             row.turning_deg, row.rate_deg_per_mm, row.sharpness_rms, row.sharpness_greatest, row.acceleration_deg_s2, row.time_s,
             row.strip_mm, row.least_sine,
             row.valid ? std::string("valid") : fmt::format("{} of {} poses not valid: {}", row.invalid, row.poses, row.why));
     }
+    for (const ComparedMethod& row : rows)
+        if (row.name.find('?') != std::string::npos) t += fmt::format("* {}\n", row.name);
     return t;
 }
 

@@ -155,7 +155,7 @@ private:
 
     /// The first start, in order of turning, at which the whole tool is clear at every contact. Inclinations rise by a degree.
     Result<Vec2> clear_one(const std::vector<AdmissibleStart>& open, const AxisFamily& family) {
-        if (!scene_.clearance) return told(open.front(), open.front().least);
+        if (!scene_.clearance) return Vec2(open.front().least, open.front().yaw);
         constexpr double kRise = radians(1.0);
         constexpr int kMostChecks = 400;  // of a whole pass
         std::size_t hard = 0;             // contact that failed last: the next start is tried there first
@@ -177,7 +177,7 @@ private:
                 });
                 if (!done) return fail_up(std::move(done));
                 const auto least = std::min_element(margin.begin(), margin.end());
-                if (*least >= 0.0) return told(s, inclination);
+                if (*least >= 0.0) return Vec2(inclination, s.yaw);
                 hard = static_cast<std::size_t>(least - margin.begin());
                 if (*least > best_margin) best_margin = *least, best_start = {inclination, s.yaw}, best_at = hard;
                 if (++checks >= kMostChecks) break;
@@ -189,13 +189,6 @@ private:
             "of {} starts that the surface's curvature admits none keeps the whole tool clear; the best, inclination "
             "{:.4g} deg and yaw {:.4g} deg, lacks {:.4g} mm at {}",
             open.size(), degrees(best_start.x()), degrees(best_start.y()), -best_margin, place(path_, pass_.first + best_at)));
-    }
-
-    Vec2 told(const AdmissibleStart& s, double inclination) const {
-        if (scene_.note)
-            scene_.note(fmt::format("pass {}: starts with inclination {:.4g} deg (of {:.4g} to {:.4g}) and yaw {:.4g} deg",
-                                    number_, degrees(inclination), degrees(s.least), degrees(s.greatest), degrees(s.yaw)));
-        return {inclination, s.yaw};
     }
 
     const Rmf& how_;
@@ -252,6 +245,7 @@ Result<std::vector<Vec3>> Rmf::operator()(const ContactPath& path, const Scene& 
 
     ToolAxes axes(path.size());
     std::size_t turning_fast = 0, first_fast = 0;
+    std::string starts;  // that were searched for
     for (std::size_t k = 0; k < path.passes.size(); ++k) {
         const ContactPass& pass = path.passes[k];
         const std::span<const Vec3> cc(path.cc.data() + pass.first, pass.count);
@@ -268,14 +262,22 @@ Result<std::vector<Vec3>> Rmf::operator()(const ContactPath& path, const Scene& 
             auto found = Search(*this, path, k, frames, scene, control).start();
             if (!found) return fail_up(std::move(found));
             start = *found;
+            constexpr std::size_t kTold = 6;
+            if (k < kTold)
+                starts += fmt::format("{}pass {} with inclination {:.4g} and yaw {:.4g} deg", k > 0 ? ", " : "", k,
+                                      degrees(start.x()), degrees(start.y()));
+            else if (k == kTold)
+                starts += fmt::format(", and {} more", path.passes.size() - kTold);
         }
-        auto carried = carry_axes(frames, variant, start.x(), start.y(), close_loops, control);
+        auto carried = carry_axes(frames, variant, start.x(), start.y(), close_loops, control, false);
         if (!carried) return fail_up(std::move(carried));
         std::copy(carried->axis.begin(), carried->axis.end(), axes.begin() + static_cast<std::ptrdiff_t>(pass.first));
         for (std::size_t j = 0; j < pass.count; ++j) {
-            const double a = carried->inclination[j];
+            const Vec3& T = carried->axis[j];
+            const double towards = T.dot(carried->m[j]), up = T.dot(n[j]);
             // Rounding alone is no crossing of zero.
             constexpr double kRounding = 1e-9;
+            const double a = towards < -kRounding || up < kRounding ? std::atan2(towards, up) : 0.0;
             if (scene.refuse && a < -kRounding)
                 scene.refuse(pass.first + j,
                              fmt::format("the carried inclination is {:.3f} deg: the tool drags its heel", degrees(a)));
@@ -287,6 +289,7 @@ Result<std::vector<Vec3>> Rmf::operator()(const ContactPath& path, const Scene& 
             }
         }
     }
+    if (!starts.empty() && scene.note) scene.note("starts that keep the passes clear: " + starts);
     if (turning_fast > 0 && scene.note)
         scene.note(fmt::format(
             "the normal turns by more than 5 deg in {} steps, the first at {}: the carried axes are less exact there; "

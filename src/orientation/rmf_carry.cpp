@@ -57,13 +57,16 @@ void close(const PassFrames& p, const std::vector<double>& t, CarriedAxes& a) {
 }  // namespace
 
 Result<CarriedAxes> carry_axes(const PassFrames& p, Rmf::Variant variant, double inclination, double yaw, bool close_loops,
-                               const Control& control) {
+                               const Control& control, bool angles) {
     const std::size_t count = p.n.size();
     TRUNNION_REQUIRE(p.cc.size() == count && p.f.size() == count);
     CarriedAxes a;
     a.axis.resize(count);
-    a.inclination.assign(count, inclination);
-    a.yaw.assign(count, yaw);
+    angles = angles || close_loops;
+    if (angles) {
+        a.inclination.assign(count, inclination);
+        a.yaw.assign(count, yaw);
+    }
     if (count == 0) return a;
     const std::vector<double> t = station_parameter(p.cc, p.n);
     const auto each = [&](auto&& work) {
@@ -82,6 +85,8 @@ Result<CarriedAxes> carry_axes(const PassFrames& p, Rmf::Variant variant, double
         auto m = transport(p.n, steps, lean(p, 0, yaw), control);
         if (!m) return fail_up(std::move(m));
         a.m = std::move(*m);
+    }
+    if (angles && variant != Rmf::Variant::two) {
         auto done = each([&](std::size_t i) { a.yaw[i] = std::atan2(a.m[i].dot(p.n[i].cross(p.f[i])), a.m[i].dot(p.f[i])); });
         if (!done) return fail_up(std::move(done));
         a.yaw[0] = yaw;
@@ -101,6 +106,8 @@ Result<CarriedAxes> carry_axes(const PassFrames& p, Rmf::Variant variant, double
         auto axis = transport(h, steps, std::cos(inclination) * p.n[0] + std::sin(inclination) * a.m[0], control);
         if (!axis) return fail_up(std::move(axis));
         a.axis = std::move(*axis);
+    }
+    if (angles && variant != Rmf::Variant::one) {
         auto done = each([&](std::size_t i) { a.inclination[i] = std::atan2(a.axis[i].dot(a.m[i]), a.axis[i].dot(p.n[i])); });
         if (!done) return fail_up(std::move(done));
         a.inclination[0] = inclination;

@@ -15,24 +15,26 @@ constexpr double kSuddenRatio = 3.0;           // a jump turns more than this ma
 constexpr std::size_t kBlock = 4096;           // stations carried in one piece
 constexpr std::size_t kGrain = 8192;           // stations per task of the plain loops
 
-/// Steps over which d jumps.
-std::vector<std::uint8_t> jumps_of(std::span<const Vec3> d) {
+/// Plain loops over all cores: each entry on its own, nothing to interrupt.
+template <class Work>
+void everywhere(std::size_t count, Work&& work) {
+    const auto done = parallel_for(count, kGrain, {}, "orientation", work);
+    TRUNNION_REQUIRE(done.has_value());
+}
+
+/// Whether d jumps over step i.
+bool jumps(std::span<const Vec3> d, std::size_t i) {
+    // The cosine is enough to see that nothing turns by 5 degrees, which is nearly always.
+    static const double kCosine = std::cos(kSudden);
+    if (d[i].dot(d[i + 1]) > kCosine) return false;
     const std::size_t steps = d.size() - 1;
-    std::vector<std::uint8_t> jump(steps, 0);
-    // cos is enough to see that nothing turns by 5 degrees, which is nearly always.
-    const double cosine = std::cos(kSudden);
-    for (std::size_t i = 0; i < steps; ++i) {
-        if (d[i].dot(d[i + 1]) > cosine) continue;
-        const double turn = angle_between(d[i], d[i + 1]);
-        std::array<double, 5> around{};
-        std::size_t count = 0;
-        for (std::size_t k = i >= 2 ? i - 2 : 0; k < std::min(steps, i + 3); ++k) around[count++] = angle_between(d[k], d[k + 1]);
-        // The lower median: two steps that share one jump (a corner halved by its contact) do not outvote the rest.
-        std::nth_element(around.begin(), around.begin() + static_cast<std::ptrdiff_t>((count - 1) / 2),
-                         around.begin() + static_cast<std::ptrdiff_t>(count));
-        jump[i] = count > 2 && turn > kSuddenRatio * around[(count - 1) / 2] ? 1 : 0;
-    }
-    return jump;
+    std::array<double, 5> around{};
+    std::size_t count = 0;
+    for (std::size_t k = i >= 2 ? i - 2 : 0; k < std::min(steps, i + 3); ++k) around[count++] = angle_between(d[k], d[k + 1]);
+    // The lower median: two steps that share one jump (a corner halved by its contact) do not outvote the rest.
+    const auto middle = around.begin() + static_cast<std::ptrdiff_t>((count - 1) / 2);
+    std::nth_element(around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(count));
+    return count > 2 && angle_between(d[i], d[i + 1]) > kSuddenRatio * *middle;
 }
 
 /// Weights of the integral over [t[1], t[2]] (relative to a window that starts `back` before) of the polynomial through the
@@ -102,10 +104,13 @@ inline Vec3 carry(const Vec3* d, const ChordStep& s, const Vec3& v) {
 std::vector<double> station_parameter(std::span<const Vec3> points, std::span<const Vec3> d) {
     TRUNNION_REQUIRE(points.size() == d.size());
     std::vector<double> t(points.size(), 0.0);
-    for (std::size_t i = 1; i < t.size(); ++i) {
-        const double chord = (points[i] - points[i - 1]).norm(), turn = (d[i] - d[i - 1]).norm();
-        t[i] = t[i - 1] + std::max(chord, kPivot * turn);
-    }
+    everywhere(t.size(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = std::max<std::size_t>(begin, 1); i < end; ++i) {
+            const double chord2 = (points[i] - points[i - 1]).squaredNorm(), turn2 = (d[i] - d[i - 1]).squaredNorm();
+            t[i] = std::sqrt(std::max(chord2, kPivot * kPivot * turn2));
+        }
+    });
+    for (std::size_t i = 1; i < t.size(); ++i) t[i] += t[i - 1];
     return t;
 }
 
@@ -114,30 +119,30 @@ std::vector<ChordStep> chord_steps(std::span<const double> t, std::span<const Ve
     if (t.size() < 2) return {};
     const std::size_t n = t.size();
     // No stencil reaches over a jump, nor over a rest (two stations with one parameter).
-    std::vector<std::uint8_t> wall = jumps_of(d);
-    for (std::size_t i = 0; i + 1 < n; ++i)
-        if (!(t[i + 1] > t[i])) wall[i] = 1;
+    std::vector<std::uint8_t> wall(n - 1);
+    everywhere(n - 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) wall[i] = jumps(d, i) || !(t[i + 1] > t[i]);
+    });
     std::vector<ChordStep> steps(n - 1);
-    std::size_t lo = 0;
-    while (lo + 1 < n) {
-        if (wall[lo]) {
-            steps[lo] = chord_step(t.data() + lo, 2, 0);
-            ++lo;
-            continue;
-        }
-        std::size_t hi = lo + 1;  // stations [lo, hi] are one smooth run
-        while (hi + 1 < n && !wall[hi]) ++hi;
-        const std::size_t window = std::min<std::size_t>(4, hi - lo + 1);
-        for (std::size_t i = lo; i < hi; ++i) {
-            if (i > lo && i + 2 <= hi) {
+    everywhere(n - 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (i > 0 && i + 2 < n && !(wall[i - 1] | wall[i] | wall[i + 1])) {
                 steps[i] = middle_step(t[i - 1], t[i], t[i + 1], t[i + 2]);
                 continue;
             }
+            if (wall[i]) {
+                steps[i] = chord_step(t.data() + i, 2, 0);
+                continue;
+            }
+            // Near an end of a smooth run: up to four of its stations, the step among them.
+            std::size_t lo = i, hi = i + 1;
+            while (lo > 0 && i - lo < 2 && !wall[lo - 1]) --lo;
+            while (hi + 1 < n && hi - i < 3 && !wall[hi]) ++hi;
+            const std::size_t window = std::min<std::size_t>(4, hi - lo + 1);
             const std::size_t first = std::clamp(i > 0 ? i - 1 : 0, lo, hi + 1 - window);
             steps[i] = chord_step(t.data() + first, window, i - first);
         }
-        lo = hi;
-    }
+    });
     return steps;
 }
 

@@ -54,9 +54,10 @@ struct CarriedAxes {
     std::vector<double> yaw;          ///< rad, of m from f towards b, unwrapped
 };
 
-/// The rules themselves. Accuracy: order four in the step, see transport(). Error: cancelled.
+/// The rules themselves. Without `angles` the inclinations and yaws are left out (they cost as much as the axes). Accuracy: order
+/// four in the step, see transport(). Error: cancelled.
 Result<CarriedAxes> carry_axes(const PassFrames& pass, Rmf::Variant variant, double inclination, double yaw, bool close_loops,
-                               const Control& control);
+                               const Control& control, bool angles = true);
 
 /// All axes that a rule can give on one pass, from one integration. With e = (cos yaw0, sin yaw0):
 ///   inclination = inclination0 + d . e,  yaw = yaw0 + psi,  m = cos(yaw0) m1 + sin(yaw0) n x m1.
