@@ -209,7 +209,7 @@ void Field::make_spans(double spacing) {
         s.first_node = nodes_.size();
         for (int level = 0; level <= s.depth; ++level) {
             // Level order: the children of node i are 4 i + 1 ... 4 i + 4, so the path to a node is its index.
-            const std::int64_t first = ((std::int64_t{1} << (2 * level)) - 1) / 3, count = std::int64_t{1} << (2 * level);
+            const std::int64_t count = std::int64_t{1} << (2 * level);
             for (std::int64_t k = 0; k < count; ++k) {
                 double x = 0.0, y = 0.0, h = 1.0;
                 for (int d = level - 1; d >= 0; --d) {
@@ -218,7 +218,6 @@ void Field::make_spans(double spacing) {
                     x += (child & 1) ? h : -h;
                     y += (child & 2) ? h : -h;
                 }
-                (void)first;
                 nodes_.push_back(polynomial_ ? shifted(s, x, y, h) : bounded(s, x, y, h));
             }
         }
