@@ -102,7 +102,7 @@ void Position::along_valley(bool up, std::vector<Spot>& spots) {
         Minimum best;
         double s_best = 0.0;
         best.jet.f = kInfinity;
-        if (up) {
+        if (up && !tool_.open) {
             // A closed tool on convex ground stops at T = n before anything near P is met.
             const double limit = merged_limit();
             bool lower = false;
@@ -110,9 +110,9 @@ void Position::along_valley(bool up, std::vector<Spot>& spots) {
                 const auto turn = polar(side * part * far, theta0);
                 lower = lower || (turn && turn->f < limit);
             }
-            if (!lower && std::isfinite(limit)) continue;
+            if (!lower) continue;
         }
-        for (const double part : {0.05, 0.4, 1.0}) {
+        for (const double part : {0.15, 0.7}) {
             const double s = side * part * far;
             const auto start = polar(s, theta);
             if (!start) continue;
@@ -232,7 +232,8 @@ std::vector<Spot> Position::turn_spots(bool up) {
     std::sort(scratch_.seeds.begin(), scratch_.seeds.end(), [](const Spot& a, const Spot& b) {
         return std::tie(a.value, a.field, a.u, a.v) < std::tie(b.value, b.field, b.u, b.v);
     });
-    if (scratch_.seeds.size() > kMostSeeds) scratch_.seeds.resize(kMostSeeds);
+    constexpr std::size_t kBest = 5;
+    if (scratch_.seeds.size() > kBest) scratch_.seeds.resize(kBest);
     for (std::size_t k = 0; k < scratch_.seeds.size(); ++k) {
         if (scratch_.seeds[k].value > least + margin) break;
         spots.push_back(polish_turn(scratch_.seeds[k], up, 2.0 * s_.spacing));
