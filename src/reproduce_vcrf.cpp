@@ -56,7 +56,7 @@ std::string figure(std::string_view name, const std::vector<MultipointPose>& pos
     constexpr double kScale = 3.2, kLeft = 40, kTop = 50, kSide = 150;
     std::string svg = fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"980\" height=\"600\" font-family=\"sans-serif\" font-size=\"13\">\n"
-        "<rect width=\"980\" height=\"600\" fill=\"#ffffff\"/>\n<text x=\"40\" y=\"28\" font-size=\"17\">{} surface: first "
+        "<rect width=\"980\" height=\"600\" fill=\"#ffffff\"/>\n<text x=\"40\" y=\"28\" font-size=\"17\">{}: first "
         "contacts (dots) and second "
         "contacts, 760 positions, D 25.4 mm, corner 6 mm, open bottom</text>\n",
         name);

@@ -57,8 +57,9 @@ std::vector<Vec3> powers_of(const std::vector<Vec3>& bezier) {
 }
 
 /// Value and derivatives in x and y of a polynomial with coefficients [i][j][4].
-template <int kOrder>
-void evaluate(const double* c, int nu, int nv, double x, double y, Eigen::Array4d* out) {
+template <int kOrder, int kNu, int kNv>
+void evaluate_as(const double* c, int nu_given, int nv_given, double x, double y, Eigen::Array4d* out) {
+    const int nu = kNu < 0 ? nu_given : kNu, nv = kNv < 0 ? nv_given : kNv;
     using Four = Eigen::Array4d;
     using In = Eigen::Map<const Four>;
     Four f = Four::Zero(), fx = f, fy = f, fxx = f, fxy = f, fyy = f;
@@ -86,13 +87,22 @@ void evaluate(const double* c, int nu, int nv, double x, double y, Eigen::Array4
     if constexpr (kOrder > 1) out[3] = 2.0 * fxx, out[4] = fxy, out[5] = fyy;
 }
 
+template <int kOrder>
+void evaluate(const double* c, int nu, int nv, double x, double y, Eigen::Array4d* out) {
+    if (nu == 3 && nv == 3) return evaluate_as<kOrder, 3, 3>(c, nu, nv, x, y, out);
+    evaluate_as<kOrder, -1, -1>(c, nu, nv, x, y, out);
+}
+
 SurfacePoint scaled(const Eigen::Array4d* d, double ku, double kv) {
     const auto vec = [](const Eigen::Array4d& a) { return Vec3(a[0], a[1], a[2]); };
     return {vec(d[0]), ku * vec(d[1]), kv * vec(d[2]), ku * ku * vec(d[3]), ku * kv * vec(d[4]), kv * kv * vec(d[5])};
 }
 
 /// Coefficients about (x, y) with half sizes hx, hy: p(x + hx s, y + hy t) in powers of s and t.
-void shift_to(const double* c, int nu, int nv, double x, double y, double hx, double hy, double* out) {
+template <int kNu, int kNv>
+void shift_as(const double* c, int nu_given, int nv_given, double x, double y, double hx, double hy, double* out) {
+    // Degrees known at compile time unroll; -1: any.
+    const int nu = kNu < 0 ? nu_given : kNu, nv = kNv < 0 ? nv_given : kNv;
     using Four = Eigen::Array4d;
     const int width = nv + 1;
     std::copy_n(c, static_cast<std::size_t>((nu + 1) * width) * kStride, out);
@@ -109,6 +119,11 @@ void shift_to(const double* c, int nu, int nv, double x, double y, double hx, do
         double s = sx;
         for (int j = 0; j <= nv; ++j, s *= hy) at(i, j) *= s;
     }
+}
+
+void shift_to(const double* c, int nu, int nv, double x, double y, double hx, double hy, double* out) {
+    if (nu == 3 && nv == 3) return shift_as<3, 3>(c, nu, nv, x, y, hx, hy, out);
+    shift_as<-1, -1>(c, nu, nv, x, y, hx, hy, out);
 }
 
 }  // namespace
@@ -209,7 +224,7 @@ void Field::make_spans(double spacing) {
         s.first_node = nodes_.size();
         for (int level = 0; level <= s.depth; ++level) {
             // Level order: the children of node i are 4 i + 1 ... 4 i + 4, so the path to a node is its index.
-            const std::int64_t first = ((std::int64_t{1} << (2 * level)) - 1) / 3, count = std::int64_t{1} << (2 * level);
+            const std::int64_t count = std::int64_t{1} << (2 * level);
             for (std::int64_t k = 0; k < count; ++k) {
                 double x = 0.0, y = 0.0, h = 1.0;
                 for (int d = level - 1; d >= 0; --d) {
@@ -218,7 +233,6 @@ void Field::make_spans(double spacing) {
                     x += (child & 1) ? h : -h;
                     y += (child & 2) ? h : -h;
                 }
-                (void)first;
                 nodes_.push_back(polynomial_ ? shifted(s, x, y, h) : bounded(s, x, y, h));
             }
         }

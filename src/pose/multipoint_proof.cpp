@@ -64,14 +64,19 @@ double tool_distance_bound(const ToolShape& tool, const ToolStand& stand, const 
     const Vec3 p = box.s + box.shift - stand.C;
     const double w = p.dot(T), aw = box.a.dot(T), ew = box.e.dot(T);
     const Vec3 flat = p - w * T;
-    const double rc = flat.norm(), spread = std::sqrt(box.a.squaredNorm()) + std::sqrt(box.e.squaredNorm()) + box.rem_norm;
+    const double rc = flat.norm();
     const double rem_w = std::min(box.rem_norm, box.rem.dot(T.cwiseAbs()));
     const double above = w - std::abs(aw) - std::abs(ew) - rem_w - tool.top;
     if (above > 0.0) return above;
-    const double nearest = length_of(tool.open ? rc - tool.Ro : std::max(0.0, rc - tool.Ro), std::min(0.0, w)) - spread - tool.Ri;
-    if (!(rc > 1e-3 * spread)) {  // no radial direction: only what lies below the disc can be told
-        if (tool.open) return nearest;
-        return std::max(nearest, -w - std::abs(aw) - std::abs(ew) - rem_w - tool.Ri);
+    // The distance of the centre less the box's radius: for boxes that no single direction tells from the tool.
+    const auto nearest = [&] {
+        const double spread = box.a.norm() + box.e.norm() + box.rem_norm;
+        return length_of(tool.open ? rc - tool.Ro : std::max(0.0, rc - tool.Ro), std::min(0.0, w)) - spread - tool.Ri;
+    };
+    constexpr double kRadial = 1e-6;  // squared: nearer the axis than a thousandth of the box there is no radial direction
+    if (!(rc * rc > kRadial * (box.a.squaredNorm() + box.e.squaredNorm() + box.rem_norm * box.rem_norm))) {
+        if (tool.open) return nearest();
+        return std::max(nearest(), -w - std::abs(aw) - std::abs(ew) - rem_w - tool.Ri);  // what lies below the disc
     }
     const Vec3 er = flat / rc, et = T.cross(er);
     const Vec2 a(box.a.dot(er), aw), e(box.e.dot(er), ew), c(rc - tool.Ro, w);
@@ -80,7 +85,7 @@ double tool_distance_bound(const ToolShape& tool, const ToolStand& stand, const 
     d.y() = std::min(0.0, d.y());
     if (!tool.open) d.x() = std::max(0.0, d.x());
     const double length = d.norm();
-    if (!(length > 0.0)) return nearest;
+    if (!(length > 0.0)) return nearest();
     d /= length;
     const double rem = std::min(box.rem_norm, box.rem.dot((d.x() * er + d.y() * T).cwiseAbs()));
     double bound = d.dot(c) - std::abs(d.dot(a)) - std::abs(d.dot(e)) - rem - tool.Ri;
@@ -88,11 +93,13 @@ double tool_distance_bound(const ToolShape& tool, const ToolStand& stand, const 
         const double r_et = std::min(box.rem_norm, box.rem.dot(et.cwiseAbs())),
                      r_er = std::min(box.rem_norm, box.rem.dot(er.cwiseAbs()));
         const double rho_min = rc - std::abs(a.x()) - std::abs(e.x()) - r_er;
-        if (!(rho_min > 0.0)) return nearest;
+        if (!(rho_min > 0.0)) return nearest();
         const double tau = std::abs(box.a.dot(et)) + std::abs(box.e.dot(et)) + r_et;
         bound += d.x() * tau * tau / (2.0 * rho_min);
     }
-    return std::max(bound, nearest);
+    // The other bound takes three more roots and helps only boxes that are large beside their distance.
+    constexpr double kGood = -1e-2;  // mm
+    return bound > kGood ? bound : std::max(bound, nearest());
 }
 
 Proof prove_clear(const ProofScene& scene, const ToolShape& tool, const ToolStand& stand, double eps, std::size_t most_boxes,

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "run_program.hpp"
+#include "support/linuxcnc.hpp"
 #include "trunnion/job.hpp"
 #include "trunnion/pose/multipoint.hpp"
 #include "vcrf_experiment.hpp"
@@ -118,6 +119,44 @@ TEST(MultipointPlan, SaysWhatIsWrongAndLeavesWithTwo) {
     flat.replace(flat.find("\"bull\""), 6, "\"flat\"");
     flat.replace(flat.find("corner_mm = 6\n"), 14, "");
     refused(flat, "multipoint\" needs");
+}
+
+/// Two real faces, one of them trimmed by a dozen blades: proved, checked from the file alone, and run by LinuxCNC where it is
+/// installed.
+void expect_real_face(const std::string& file, const std::string& rest, int tool_length) {
+    const fs::path part = fs::path(TRUNNION_SHARED_PARTS) / file;
+    if (!fs::exists(part)) GTEST_SKIP() << "the part is not here: " << part;
+    const Folder folder;
+    const fs::path job = folder.write(
+        "job.toml", "[part]\nfile = \"" + part.string() + "\"\n" + rest + "[machine]\nname = \"linuxcnc-xyzac-trt\"\n");
+    const Finished run = run_trunnion("plan " + job.string() + " --quiet -o " + (folder / "out").string());
+    ASSERT_EQ(run.exit, 0) << run.out << run.err;
+    EXPECT_EQ(run_trunnion("check --quiet " + (folder / "out" / "plan.json").string()).exit, 0);
+    if (const auto missing = trunnion::why_no_linuxcnc(TRUNNION_LINUXCNC_RUN)) GTEST_SKIP() << *missing;
+    const std::string command = std::string(TRUNNION_LINUXCNC_RUN) + " --fast --tool 1:" + std::to_string(tool_length) +
+                                ":5 xyzac " + (folder / "out" / "program.ngc").string() + " > " + (folder / "log").string() +
+                                " 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0) << slurp(folder / "log");
+    EXPECT_NE(slurp(folder / "log").find("\"ok\": true"), std::string::npos);
+}
+
+TEST(MultipointPlan, CarPanelRunsInLinuxCnc) {
+    expect_real_face("body_panel.step",
+                     "chord_mm = 0.02\n[cutter]\nshape = \"bull\"\ndiameter_mm = 16\ncorner_mm = 4\nflute_mm = 40\n"
+                     "[path]\npattern = \"parallel\"\npositions_mm = [-80]\nstep_mm = 4\nmargin_mm = 14\n"
+                     "[orientation]\nmethod = \"multipoint\"\nmax_tilt_deg = 25\n[tolerance]\ngouge_mm = 0.01\n",
+                     40);
+}
+
+TEST(MultipointPlan, ImpellerHubBetweenItsBladesRunsInLinuxCnc) {
+    std::string xy;
+    for (int k = 0; k < 30; ++k) xy += (k ? ", [46, " : "[46, ") + std::to_string(-9.0 - 0.25 * k) + "]";
+    expect_real_face(
+        "impeller.step",
+        "faces = [0]\nchord_mm = 0.05\n[cutter]\nshape = \"bull\"\ndiameter_mm = 3\ncorner_mm = 0.75\nflute_mm = 20\n"
+        "[path]\npattern = \"points\"\nxy = [" +
+            xy + "]\n[orientation]\nmethod = \"multipoint\"\n[tolerance]\ngouge_mm = 0.01\n",
+        20);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "support/aimed_random.hpp"
+#include "trunnion/base/parallel.hpp"
 #include "trunnion/pose/multipoint.hpp"
 #include "vcrf_experiment.hpp"
 
@@ -369,6 +370,69 @@ TEST(Multipoint, OnATrimmedFaceOnlyWhatIsLeftCounts) {
         }
     }
     EXPECT_GT(at_border, 8);
+}
+
+/// Rounding and work may depend on nothing but the position.
+TEST(Multipoint, GivesTheSameBitsForAnyNumberOfThreadsAndAnyOrder) {
+    const MultipointSolver solver = solver_of(vcrf_surface(VcrfSurface::saddle), vcrf_cutter(true));
+    std::vector<Vec2> points = vcrf_comparison();
+    const unsigned before = threads();
+    std::vector<std::vector<Result<MultipointPose>>> runs;
+    for (const unsigned n : {1u, 2u, 5u}) {
+        set_threads(n);
+        runs.push_back(*solver.drop_all(points, {}, Control{}));
+    }
+    std::reverse(points.begin(), points.end());
+    runs.push_back(*solver.drop_all(points, {}, Control{}));
+    std::reverse(runs.back().begin(), runs.back().end());
+    set_threads(before);
+    for (const auto& run : runs)
+        for (std::size_t i = 0; i < run.size(); ++i) {
+            EXPECT_EQ(run[i]->CL, runs[0][i]->CL) << i;
+            EXPECT_EQ(run[i]->T, runs[0][i]->T) << i;
+            EXPECT_EQ(run[i]->boxes, runs[0][i]->boxes) << i;
+        }
+}
+
+/// A tight certificate gives the same pose, with a proof a thousand times as deep.
+TEST(Multipoint, ATighterCertificateChangesTheProofOnly) {
+    AimedRandom random(49);
+    for (int k = 0; k < 30; ++k) {
+        const Surface surface = vcrf_surface(static_cast<VcrfSurface>(k % 3));
+        MultipointOptions tight;
+        tight.certificate = 1e-6;
+        const double x = random.uniform(5, 145), y = random.uniform(5, 145);
+        const MultipointPose a = pose_at(solver_of(surface, vcrf_cutter(true)), x, y),
+                             b = pose_at(solver_of(surface, vcrf_cutter(true), tight), x, y);
+        EXPECT_EQ(a.z_c, b.z_c) << "seed " << random.seed() << " case " << k;
+        EXPECT_EQ(a.tilt, b.tilt);
+        EXPECT_LE(b.certified_gouge, 1e-6);
+        EXPECT_GT(b.boxes, a.boxes);
+    }
+}
+
+/// Section 12: at the greatest separation 2 Ro + 2 Ri sin(alpha); at every lean the pose is clear and touches twice.
+TEST(Multipoint, AtGivenContactsTheToolComesUpUntilItTouches) {
+    AimedRandom random(50);
+    for (int k = 0; k < 30; ++k) {
+        const Surface surface = vcrf_surface(static_cast<VcrfSurface>(k % 3));
+        const Cutter cutter = vcrf_cutter(true);
+        const MultipointSolver solver = solver_of(surface, cutter);
+        const Vec2 uv(random.uniform(0.35, 0.65), random.uniform(0.35, 0.65));
+        const double yaw = random.uniform(0.0, 2.0 * kPi);
+        const auto made = solver.at_contact(0, uv, {std::cos(yaw), std::sin(yaw), 0.0}, radians(15.0));
+        ASSERT_TRUE(made.has_value()) << made.error().text() << " seed " << random.seed() << " case " << k;
+        const MultipointPose& p = *made;
+        EXPECT_LT((p.P - surface.point(uv.x(), uv.y())).norm(), 1e-12);
+        EXPECT_NEAR(depth_at(cutter, p.CL, p.T, p.P), 0.0, 1e-9);
+        EXPECT_LT(brute_gouge(surface, cutter, p.CL, p.T), 1e-6) << "seed " << random.seed() << " case " << k;
+        // The axis leans where it was told to: in the plane of the normal and the lean.
+        EXPECT_NEAR(p.T.dot(p.normal.cross(Vec3(std::cos(yaw), std::sin(yaw), 0.0)).normalized()), 0.0, 1e-9);
+        if (p.status == MultipointStatus::two_contacts) {
+            EXPECT_NEAR(depth_at(cutter, p.CL, p.T, p.Q), 0.0, 1e-9);
+            EXPECT_LE(p.separation(), 2.0 * 6.7 + 12.0 * std::sin(angle_between(p.T, p.normal)) + 1e-3 + 0.1);
+        }
+    }
 }
 
 TEST(Multipoint, RefusesWhatItCannotPlace) {
