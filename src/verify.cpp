@@ -178,6 +178,7 @@ Result<CheckReport> verify(const std::filesystem::path& file, const std::optiona
     if (!setup) return fail_up(std::move(setup));
     auto program = read_program(*text, "", &setup->machine, setup->motion.tool_length);
     if (!program) return fail_in(std::move(program), name);
+    setup->motion.tcp = program->tcp;  // what the program holds, not what the job would write
     return judge(subject_of(*program), fmt::format("{} ({} program)", name, program->dialect), *setup, control);
 }
 

@@ -52,6 +52,13 @@ TEST(Post, WritesThePlanForEveryControlAndProvesIt) {
         EXPECT_TRUE(contains(run.out, "read back against the plan")) << run.out;
         EXPECT_TRUE(contains(slurp(file), mark)) << dialect;
     }
+    // Each program alone is proved again, without the plan.
+    for (const char* dialect : {"siemens-vector", "heidenhain", "fanuc"}) {
+        folder.write("bc.toml", std::string(kDome) + "[machine]\nname = \"bc-table-table\"\n");
+        const Finished run =
+            run_trunnion("check " + (folder / dialect).string() + " --quiet --job " + (folder / "bc.toml").string());
+        EXPECT_EQ(run.exit, 0) << dialect << run.out << run.err;
+    }
     // The program alone on standard output; or one JSON object.
     const Finished text = run_trunnion("post " + plan + " --quiet --dialect fanuc --no-tcp");
     EXPECT_TRUE(text.out.starts_with("%\nO0001")) << text.out;
