@@ -1,6 +1,8 @@
 #include "trunnion/job.hpp"
 
 #include "base/toml_reader.hpp"
+#include "job_orientation.hpp"
+#include "job_path.hpp"
 #include "job_table.hpp"
 #include "trunnion/program/program.hpp"
 
@@ -97,6 +99,8 @@ std::optional<BSplineData> read_spline(TomlReader& r, bool bezier) {
     return s;
 }
 
+}  // namespace
+
 SurfaceSpec read_surface(TomlReader& r) {
     SurfaceSpec spec;
     const std::string kind = r.word("kind", "", {"plane", "sphere", "torus", "cylinder", "cone", "dome", "bezier", "bspline"});
@@ -132,7 +136,9 @@ SurfaceSpec read_surface(TomlReader& r) {
         side();
     } else if (kind == "dome") {
         a.kind = AnalyticKind::dome;
-        a.c = needed("height_mm");
+        if (!r.has("height_mm")) r.wrong("height_mm", "is missing");
+        a.c = r.number("height_mm", 1.0);  // below zero: a bowl
+        if (a.c == 0.0) r.wrong("height_mm", "= 0 must be another number: a flat dome is a plane");
         a.a = needed("a_mm");
         a.b = needed("b_mm");
     }
@@ -142,6 +148,8 @@ SurfaceSpec read_surface(TomlReader& r) {
     r.finish();
     return spec;
 }
+
+namespace {
 
 void read_part(TomlReader r, const fs::path& folder, Job& job) {
     job.part_file = absolute_from(folder, r.text("file", ""));
@@ -217,11 +225,13 @@ void read_cutter(TomlReader r, Job& job) {
     r.finish();
 }
 
-// ---- [path], [orientation], [links] ---------------------------------------------------------------------------------
+// ---- [path], [links] ------------------------------------------------------------------------------------------------
 
-void read_path(TomlReader r, Job& job) {
+void read_path(TomlReader r, const fs::path& folder, Job& job) {
     const std::string pattern = r.word("pattern", "isoparametric", pattern_names());
-    if (pattern == Parallel::name) {
+    if (auto given = read_given_path(r, pattern, folder)) {
+        job.pattern = std::move(*given);
+    } else if (pattern == Parallel::name) {
         Parallel p;
         p.direction = radians(r.number("direction_deg", 0.0));
         p.drop_axis = r.direction("drop_axis").value_or(p.drop_axis);
@@ -245,21 +255,6 @@ void read_path(TomlReader r, Job& job) {
         p.reverse = r.flag("reverse", p.reverse);
         job.pattern = p;
     }
-    r.finish();
-}
-
-void read_orientation(TomlReader r, Job& job) {
-    r.word("method", std::string(Sturz::name), method_names());
-    Sturz s;
-    for (const auto& [key, angle] : {std::pair{"lead_deg", &s.lead}, std::pair{"tilt_deg", &s.tilt}}) {
-        const double value = r.number(key, 0.0);
-        if (!(std::abs(value) < 90.0))
-            r.wrong(key,
-                    fmt::format("= {:.6g} must lie between -90 and 90: the tool would lie in the surface or below it", value));
-        *angle = radians(value);
-    }
-    job.method = s;
-    r.word("outcome", "fail", {"fail"});
     r.finish();
 }
 
@@ -358,8 +353,8 @@ Result<Job> read_job(const toml::table& root, const std::string& source, const f
     TomlReader r(&root, "", errors);
     read_part(r.table("part"), folder, job);
     read_cutter(r.table("cutter"), job);
-    read_path(r.table("path"), job);
-    read_orientation(r.table("orientation"), job);
+    read_path(r.table("path"), folder, job);
+    read_orientation(r.table("orientation"), folder, job);
     read_links(r.table("links"), job);
     read_machine(r.table("machine"), folder, job);
     read_program(r.table("program"), job);

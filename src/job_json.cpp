@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "job_orientation.hpp"
+#include "job_path.hpp"
 #include "job_table.hpp"
 
 namespace trunnion {
@@ -13,6 +15,8 @@ namespace {
 ordered_json json_of(const Vec3& v) {
     return {v.x(), v.y(), v.z()};
 }
+
+}  // namespace
 
 ordered_json json_of(const SurfaceSpec& s) {
     ordered_json j;
@@ -60,6 +64,8 @@ ordered_json json_of(const SurfaceSpec& s) {
     return j;
 }
 
+namespace {
+
 ordered_json json_of_part(const Job& job) {
     ordered_json j;
     if (job.surface)
@@ -98,7 +104,7 @@ ordered_json json_of_cutter(const Job& job) {
 }
 
 ordered_json json_of(const Pattern& pattern) {
-    ordered_json j;
+    ordered_json j = json_of_given_path(pattern);
     if (const auto* p = std::get_if<Isoparametric>(&pattern)) {
         j = {{"pattern", Isoparametric::name},
              {"along", p->along_u ? "u" : "v"},
@@ -173,9 +179,7 @@ std::string job_to_json(const Job& job) {
     j["part"] = json_of_part(job);
     j["cutter"] = json_of_cutter(job);
     j["path"] = json_of(job.pattern);
-    const auto& sturz = std::get<Sturz>(job.method);
-    j["orientation"] = {
-        {"method", Sturz::name}, {"lead_deg", degrees(sturz.lead)}, {"tilt_deg", degrees(sturz.tilt)}, {"outcome", "fail"}};
+    j["orientation"] = json_of_orientation(job);
     j["links"] = json_of_links(job);
     if (job.machine_file.empty())
         j["machine"]["name"] = job.machine_name;

@@ -125,7 +125,65 @@ Result<std::vector<double>> low_links(const PosePath& cuts, const LinkOptions& l
 struct Poses {
     ContactPath contacts;
     PosePath path;
+    std::map<std::int64_t, std::string> refused;  // contacts whose axes the method itself takes back
+    std::vector<std::string> notes;               // of the method
 };
+
+/// What the whole tool has beyond what the job wants, standing at a contact: for methods that ask before they choose.
+double margin_at(const Setup& s, const ContactPath& contacts, std::size_t i, const Vec3& T) {
+    const auto tip = tool_tip(s.cutter, contacts.cc[i], contacts.n[i], T);
+    if (!tip) return -std::numeric_limits<double>::infinity();
+    double margin = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < s.cutter.pieces().size(); ++k) {
+        const bool cutting = s.cutter.pieces()[k].kind == PieceKind::cutter;
+        const double wanted = cutting ? -s.check.gouge : s.check.clearance;
+        // The same gaps as the check's, or its verdict could differ.
+        const double gap = cutting ? 0.1 * s.check.gouge : 0.1 * std::max(s.check.chord, 1e-3 * s.check.clearance);
+        DistanceHint hint;
+        if (cutting) hint.point = contacts.cc[i];
+        margin = std::min(margin, piece_distance(s.scene, s.cutter, k, *tip, T, gap, s.check.clearance_cap, hint).lower - wanted);
+        if (margin < 0.0) break;  // the check says how much; here no is enough
+    }
+    return margin;
+}
+
+/// The job's method with what only the machine or a second surface can say.
+Result<Method> resolved_method(const Job& job, const Setup& s) {
+    Method method = job.method;
+    if (auto* lock = std::get_if<RotaryLock>(&method)) {
+        const auto& rotary = s.machine.rotary;
+        const std::size_t k = rotary[0].letter == lock->letter ? 0 : 1;
+        if (rotary[k].letter != lock->letter)
+            return fail(ErrorCode::invalid_input, fmt::format("orientation.rotary = \"{}\": {} has the rotary axes {} and {}",
+                                                              lock->letter, s.machine.name, rotary[0].letter, rotary[1].letter));
+        const AxisLimits& travel = rotary[k].limits;
+        if (!(lock->angle >= travel.lo && lock->angle <= travel.hi))
+            return fail(ErrorCode::invalid_input,
+                        fmt::format("orientation.angle_deg = {:.6g} leaves the travel of {} of {}, {:.6g} to {:.6g} deg",
+                                    degrees(lock->angle), lock->letter, s.machine.name, degrees(travel.lo), degrees(travel.hi)));
+        // The other axis carries the tool round a circle: three of its places tell which.
+        std::array<Vec3, 3> T;
+        for (std::size_t i = 0; i < 3; ++i) {
+            JointPosition joints{};
+            joints[3 + k] = lock->angle;
+            joints[4 - k] = 2.0 * kPi / 3.0 * static_cast<double>(i);
+            T[i] = forward(s.machine, joints, s.motion.tool_length).axis;
+        }
+        const auto pole = UnitVector::from((T[1] - T[0]).cross(T[2] - T[0]));
+        lock->cone = pole ? RotaryLock::Cone{*pole, pole->vec().dot(T[0])} : RotaryLock::Cone{T[0], 1.0};
+    }
+    if (auto* normals = std::get_if<SurfaceNormals>(&method); normals && job.guide) {
+        auto surface = make_surface(*job.guide);
+        if (!surface) return fail_in(std::move(surface), "orientation.surface");
+        if (job.guide->patch_uv) {
+            const auto& p = *job.guide->patch_uv;
+            surface = surface->restricted({p[0], p[1]}, {p[2], p[3]});
+            if (!surface) return fail_in(std::move(surface), "orientation.surface.patch_uv");
+        }
+        normals->surface = std::move(*surface);
+    }
+    return method;
+}
 
 /// How much shorter than the job's tolerances ask the steps are taken; 1 = not shorter.
 struct Steps {
@@ -141,14 +199,31 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
     if (const auto* sturz = std::get_if<Sturz>(&job.method)) {
         path_scene.lead = sturz->lead;
         path_scene.tilt = sturz->tilt;
+    } else if (const auto* rmf = std::get_if<Rmf>(&job.method)) {
+        // Not yet known with "auto": a steep tool leaves the highest scallops.
+        const LeadTilt start =
+            lead_tilt_of(axis_from(InclinationYaw{rmf->inclination.value_or(rmf->greatest_inclination), rmf->yaw.value_or(0.0)},
+                                   Vec3::UnitX(), Vec3::UnitZ()),
+                         Vec3::UnitX(), Vec3::UnitZ());
+        path_scene.lead = start.lead;
+        path_scene.tilt = start.tilt;
+    } else {
+        // The lean is not known before the path is: a steep tool leaves the highest scallops.
+        path_scene.lead = radians(75.0);
     }
     watch.stage("path");
     auto contacts = plan_path(job.pattern, path_scene, control);
     if (!contacts) return fail_up(std::move(contacts));
 
     watch.stage("orientation");
+    Poses poses;
     Scene scene{*s.part, s.cutter};
-    auto axes = orient(*contacts, job.method, scene, control);
+    scene.clearance = [&](std::size_t i, const Vec3& T) { return margin_at(s, *contacts, i, T); };
+    scene.refuse = [&](std::size_t i, std::string why) { poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why)); };
+    scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
+    auto method = resolved_method(job, s);
+    if (!method) return fail_up(std::move(method));
+    auto axes = orient(*contacts, *method, scene, control);
     if (!axes) return fail_up(std::move(axes));
 
     watch.stage("pose");
@@ -168,7 +243,9 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
     }
     auto path = link_passes(*cuts, links);
     if (!path) return fail_up(std::move(path));
-    return Poses{std::move(*contacts), std::move(*path)};
+    poses.contacts = std::move(*contacts);
+    poses.path = std::move(*path);
+    return poses;
 }
 
 /// True where chords alone fail: some move of a cut is too deep although the cutter is clear at both its ends.
@@ -397,7 +474,9 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
         if (!made) return fail_up(std::move(made));
         poses = std::move(*made);
         watch.stage("check");
-        auto result = check_path(poses->path, s.cutter, s.scene, s.check, control, contact_points(poses->path, poses->contacts));
+        CheckOptions check = s.check;
+        check.refused = poses->refused;
+        auto result = check_path(poses->path, s.cutter, s.scene, check, control, contact_points(poses->path, poses->contacts));
         if (!result) {
             if (result.error().code != ErrorCode::cancelled) return fail_up(std::move(result));
             fill_poses(doc, poses->path, poses->contacts);
@@ -426,6 +505,7 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
     fill_poses(doc, poses->path, poses->contacts);
     fill_checks(doc, moved->checked());
     fill_machine(doc, *moved);
+    for (const std::string& w : poses->notes) doc.warnings.push_back(fmt::format("orientation: {}", w));
     for (const std::string& w : moved->warnings()) doc.warnings.push_back(w);
     for (const std::string& p : s.part->problems) doc.warnings.push_back("part: " + p);
     const ordered_json metrics = metrics_of(poses->contacts, poses->path, *moved, s);

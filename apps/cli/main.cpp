@@ -15,6 +15,7 @@
 #include "trunnion/part/part.hpp"
 #include "trunnion/plan.hpp"
 #include "trunnion/program/program.hpp"
+#include "trunnion/reproduce.hpp"
 
 namespace {
 
@@ -137,6 +138,30 @@ int run_list(const Options& o) {
     return kDone;
 }
 
+int run_reproduce(const Options& o) {
+    const auto& cancel = cli::install_interrupt();
+    cli::Progress progress(o.quiet);
+    if (auto ready = prepare_folder(o.folder); !ready) return report_error(ready.error(), o);
+    ordered_json all = ordered_json::array();
+    bool agrees = true;
+    for (const std::string_view name : o.file == "all" ? reproduction_names() : std::vector<std::string_view>{o.file}) {
+        auto result = reproduce(name, progress.control(cancel));
+        if (!result) return report_error(result.error(), o);
+        std::vector<FileToWrite> files;
+        for (const auto& file : result->files) files.push_back({std::filesystem::path(o.folder) / file.name, file.content});
+        if (auto done = write_files_atomically(files); !done) return report_error(done.error(), o);
+        agrees = agrees && result->agrees;
+        ordered_json j{{"name", name}, {"agrees", result->agrees}, {"files", ordered_json::array()}};
+        for (const auto& file : files) j["files"].push_back(file.path.string());
+        all.push_back(std::move(j));
+        if (o.json) continue;
+        fmt::print("{}", result->table);
+        for (const auto& file : files) fmt::print("  {:<22}{}\n", "written", file.path.string());
+    }
+    if (o.json) fmt::print("{}\n", ordered_json{{"ok", true}, {"agrees", agrees}, {"reproductions", all}}.dump());
+    return agrees ? kDone : kNotValid;
+}
+
 int run(int argc, char** argv) {
     CLI::App app{
         "Trunnion decides how the tool is held in five-axis milling: it plans the path, orients the tool, proves that nothing "
@@ -178,6 +203,12 @@ int run(int argc, char** argv) {
     info_command->add_option("part", o.file, ".step .stp .iges .igs .brep .stl .obj")->required();
     info_command->add_flag("--quiet", o.quiet, "no progress on standard error");
     common(info_command, false);
+    CLI::App* reproduce_command =
+        app.add_subcommand("reproduce", "a published method's tables beside ours; exit code 3 where they do not agree");
+    reproduce_command->add_option("name", o.file, fmt::format("{} or all", fmt::join(reproduction_names(), ", ")))->required();
+    reproduce_command->add_option("-o,--output", o.folder, "folder for tables and figures; created if missing")
+        ->capture_default_str();
+    common(reproduce_command, true);
     CLI::App* list_command = app.add_subcommand("list", "what this build knows");
     list_command->add_option("what", o.file, "methods, patterns, cutters, machines or dialects")
         ->required()
@@ -193,6 +224,7 @@ int run(int argc, char** argv) {
     if (plan_command->parsed()) return run_plan(o);
     if (check_command->parsed()) return run_check(o);
     if (info_command->parsed()) return run_info(o);
+    if (reproduce_command->parsed()) return run_reproduce(o);
     return run_list(o);
 }
 

@@ -40,6 +40,7 @@ struct Job {
     Pattern pattern;
     // [orientation]
     Method method;
+    std::optional<SurfaceSpec> guide;  ///< of `normals`: a second surface given in place
     // [links]
     std::optional<ClearanceSurface> clearance_surface;  ///< empty: chosen from the part and the axes
     double lead = 2.0;                                  ///< mm

@@ -36,6 +36,7 @@ public:
         : table_(table), name_(std::move(name)), errors_(errors) {}
 
     bool has(std::string_view key) const { return table_ && table_->contains(key); }
+    bool is_text(std::string_view key) const { return has(key) && table_->get(key)->is_string(); }
     const std::string& name() const { return name_; }
 
     double number(std::string_view key, double fallback) {

@@ -131,6 +131,11 @@ public:
         std::vector<std::uint32_t> nearest(cutter_.pieces().size(), PieceDistance::kNoTriangle);
         CellStore cells(scene_.index());
         for (std::size_t i = begin; i < end; ++i) {
+            if (const auto why = options_.refused.find(path_.contact[i]); why != options_.refused.end()) {
+                Place place;
+                place.point = path_.cl[i];
+                reject(verdicts[i], why->second, place);
+            }
             at_pose(i, cells, nearest, verdicts[i]);
             if (i > 0) on_the_way(i, cells, verdicts[i]);
         }

@@ -35,8 +35,9 @@ double distance_to_chord(const Vec3& p, const Vec3& a, const Vec3& b) {
     return (p - a - t * e).norm();
 }
 
-/// How many times the step from a over m to b is too long: 1 = just right.
-double excess(const CurvePoint& a, const CurvePoint& m, const CurvePoint& b, const SampleLimits& limits) {
+}  // namespace
+
+double step_excess(const CurvePoint& a, const CurvePoint& m, const CurvePoint& b, const SampleLimits& limits) {
     double worst = 0.0;
     const double sagitta = distance_to_chord(m.p, a.p, b.p);
     worst = std::sqrt(sagitta / limits.chord);
@@ -49,8 +50,6 @@ double excess(const CurvePoint& a, const CurvePoint& m, const CurvePoint& b, con
     return worst;
 }
 
-}  // namespace
-
 std::vector<double> sample_curve(const Curve& curve, const Interval& range, const SampleLimits& limits) {
     // Density (steps per unit of t) on a grid of cells, piecewise constant; each round measures it on finer steps.
     std::vector<double> grid = linspace(range, kProbes);
@@ -61,7 +60,7 @@ std::vector<double> sample_curve(const Curve& curve, const Interval& range, cons
         std::vector<double> wanted(grid.size() - 1);  // steps this cell should be cut into
         double worst = 0.0;
         for (std::size_t i = 0; i < wanted.size(); ++i) {
-            wanted[i] = excess(p[2 * i], p[2 * i + 1], p[2 * i + 2], limits);
+            wanted[i] = step_excess(p[2 * i], p[2 * i + 1], p[2 * i + 2], limits);
             worst = std::max(worst, wanted[i]);
         }
         if (round > 0 && worst <= 1.0) return grid;
@@ -90,7 +89,7 @@ std::vector<double> sample_curve(const Curve& curve, const Interval& range, cons
         std::vector<double> next;
         for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
             next.push_back(grid[i]);
-            if (excess(p[2 * i], p[2 * i + 1], p[2 * i + 2], limits) > 1.0) next.push_back(probe[2 * i + 1]);
+            if (step_excess(p[2 * i], p[2 * i + 1], p[2 * i + 2], limits) > 1.0) next.push_back(probe[2 * i + 1]);
         }
         next.push_back(grid.back());
         if (next.size() == grid.size() || next.size() >= kMost) break;

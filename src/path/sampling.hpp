@@ -28,6 +28,9 @@ struct SampleLimits {
 /// keeps it smooth; the limits are then verified at the middle of every step and the density raised until they hold.
 std::vector<double> sample_curve(const Curve& curve, const Interval& range, const SampleLimits& limits);
 
+/// How many times the step from a over its middle m to b is too long: 1 = just right.
+double step_excess(const CurvePoint& a, const CurvePoint& m, const CurvePoint& b, const SampleLimits& limits);
+
 /// Arc length of the curve over the range, from `pieces` chords.
 double curve_length(const Curve& curve, const Interval& range, int pieces = 64);
 

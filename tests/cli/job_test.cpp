@@ -31,6 +31,28 @@ TEST(Job, SurvivesTheWayThroughItsResolvedForm) {
         "[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0.1]]], "
         "weights = [[1, 2], [1, 1]], patch_uv = [0.1, 0.9, 0.2, 0.8] }\n[cutter]\nshape = \"conical\"\ndiameter_mm = "
         "12\ncorner_mm = 2\nbarrel_radius_mm = 80\nflute_mm = 25\n");
+    const std::string flat = "[part]\nfile = \"a.step\"\n[cutter]\ndiameter_mm = 4\n[path]\n";
+    expect_round_trip(flat + "pattern = \"curve\"\nuv = [[0, 0.1], [0.5, 0.25], [1, 0.3]]\nstep_mm = 2\n");
+    expect_round_trip(flat + "pattern = \"points\"\nxy = [[0, 0.1], [0.5, 0.25]]\ndrop_axis = [0, 0.6, 0.8]\n");
+    const std::string modes = "[part]\nfile = \"a.step\"\n[cutter]\ndiameter_mm = 4\n[orientation]\nmethod = ";
+    expect_round_trip(modes + "\"rmf\"\nvariant = \"II\"\ninclination_deg = \"auto\"\nyaw_deg = 12.5\nclose_loops = true\n");
+    expect_round_trip(modes + "\"vector\"\naxis = [0.6, 0, 0.8]\n");
+    expect_round_trip(modes + "\"point\"\npoint_mm = [1, 2, 3]\nside = \"away\"\n");
+    expect_round_trip(modes + "\"line\"\npoint_mm = [1, 2, 3]\ndirection = [0, 1, 0]\n");
+    expect_round_trip(modes + "\"curve\"\ncurve_mm = [[1, 2, 3], [4, 5, 6]]\n");
+    expect_round_trip(modes + "\"normals\"\nsurface = { kind = \"sphere\", radius_mm = 4, patch_uv = [0, 1, 0.2, 1] }\n");
+    expect_round_trip(modes + "\"normals\"\nface = 4\nreversed = true\n");
+    expect_round_trip(modes + "\"range\"\nlead_range_deg = [-3, 4]\ntilt_range_deg = [0, 0]\n");
+    expect_round_trip(modes + "\"lock\"\nrotary = \"C\"\nangle_deg = 33\nlead_deg = 2\n");
+    expect_round_trip(modes + "\"plane\"\nnormal = [0, 1, 0]\ntilt_deg = -7\n");
+    expect_round_trip(modes + "\"keys\"\nkeys = [[0, 0, 0, 1], [0.5, 0, 0.6, 0.8]]\n");
+    const cli_tests::Folder folder;
+    folder.write("p.csv", "# made by hand\nx, y\n1, 2\n\n3; 4.5  # last\n");
+    const auto job = job_from_toml(flat + "pattern = \"points\"\nfile = \"p.csv\"\n", folder / "job.toml");
+    ASSERT_TRUE(job) << job.error().text();
+    const auto& points = std::get<GivenPoints>(job->pattern);
+    ASSERT_EQ(points.xy.size(), 2u);
+    EXPECT_EQ(points.xy[1], Vec2(3.0, 4.5));
 }
 
 TEST(Job, SettingsOverrideTheFile) {
@@ -61,6 +83,10 @@ TEST(Job, EveryWrongValueIsRefusedWithItsKey) {
                                                                                        {"part.faces=[-1]", "faces"},
                                                                                        {"part.file=x.step", "surface"},
                                                                                        {"links.lead_mm=0", "lead_mm"},
+                                                                                       {"path.pattern=curve", "uv"},
+                                                                                       {"orientation.method=vector", "axis"},
+                                                                                       {"orientation.method=normals", "face"},
+                                                                                       {"orientation.method=keys", "keys"},
                                                                                        {"part=3", "part"}}) {
         const auto job = job_from_toml(good, "/tmp/job.toml", {setting});
         ASSERT_FALSE(job) << setting;

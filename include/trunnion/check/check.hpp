@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "trunnion/check/checked_path.hpp"
 #include "trunnion/check/scene.hpp"
@@ -13,12 +15,15 @@
 namespace trunnion {
 
 struct CheckOptions {
-    double gouge = 0.001;             ///< mm, depth of the cutting part below the surface that is still valid at a pose
-    double chord = 0.01;              ///< mm, further depth allowed between two poses (the tip moves on chords)
-    double clearance = 1.0;           ///< mm, wanted between shank, holder and everything
-    double rapid_clearance = 0.5;     ///< mm, wanted between the cutting part and everything on links, which run at rapid speed
-    double clearance_cap = 10.0;      ///< mm, clearances are exact up to here and reported as this above
-    double axis_slack = 3.5e-4;       ///< rad (0.02 deg): motions are proved for every axis within this angle of the great circle
+    double gouge = 0.001;          ///< mm, depth of the cutting part below the surface that is still valid at a pose
+    double chord = 0.01;           ///< mm, further depth allowed between two poses (the tip moves on chords)
+    double clearance = 1.0;        ///< mm, wanted between shank, holder and everything
+    double rapid_clearance = 0.5;  ///< mm, wanted between the cutting part and everything on links, which run at rapid speed
+    double clearance_cap = 10.0;   ///< mm, clearances are exact up to here and reported as this above
+    double axis_slack = 3.5e-4;    ///< rad (0.02 deg): motions are proved for every axis within this angle of the great circle
+    /// Contacts (PosePath::contact) whose poses are invalid for a reason known before the check, such as an orientation that must
+    /// not be posted.
+    std::map<std::int64_t, std::string> refused{};
     double link_axis_slack = 3.5e-3;  ///< rad (0.2 deg): the same on links, which stand clear
 };
 

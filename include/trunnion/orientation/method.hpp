@@ -10,7 +10,17 @@
 
 #include "trunnion/base/control.hpp"
 #include "trunnion/cutter/cutter.hpp"
+#include "trunnion/orientation/curve_axis.hpp"
+#include "trunnion/orientation/fixed_vector.hpp"
+#include "trunnion/orientation/key_axes.hpp"
+#include "trunnion/orientation/lean_range.hpp"
+#include "trunnion/orientation/line_axis.hpp"
+#include "trunnion/orientation/plane_axis.hpp"
+#include "trunnion/orientation/point_axis.hpp"
+#include "trunnion/orientation/rmf.hpp"
+#include "trunnion/orientation/rotary_lock.hpp"
 #include "trunnion/orientation/sturz.hpp"
+#include "trunnion/orientation/surface_normals.hpp"
 #include "trunnion/part/part.hpp"
 #include "trunnion/path/contact_path.hpp"
 
@@ -23,8 +33,14 @@ using ToolAxes = std::vector<Vec3>;
 struct Scene {
     const Part& part;
     const Cutter& cutter;
-    /// Least signed distance (mm, proved) of the whole tool to everything when it touches contact i with this axis.
+    /// By how much (mm, proved) the whole tool is clear when it touches contact i with this axis: the least of what the cutter
+    /// has beyond the gouge tolerance and of what shank and holder have beyond their clearance. Not clear below zero.
+    /// Thread-safe.
     std::function<double(std::size_t contact, const Vec3& axis)> clearance{};
+    /// Told of a contact whose axis must not be posted whatever the check says, with the reason.
+    std::function<void(std::size_t contact, std::string why)> refuse{};
+    /// Told what the user ought to know: one sentence.
+    std::function<void(std::string what)> note{};
 };
 
 template <class M>
@@ -33,10 +49,13 @@ concept OrientationMethod = requires(const M& method, const ContactPath& path, c
     { M::name } -> std::convertible_to<std::string_view>;                // as in job files and reports
 };
 
-static_assert(OrientationMethod<Sturz>);
-
 /// The closed table. A new method touches its header, source, test, docs page and this line.
-using Method = std::variant<Sturz>;
+using Method = std::variant<Sturz, FixedVector, PointAxis, LineAxis, CurveAxis, SurfaceNormals, LeanRange, RotaryLock, PlaneAxis,
+                            KeyAxes, Rmf>;
+
+static_assert([]<class... M>(const std::variant<M...>*) {
+    return (OrientationMethod<M> && ...);
+}(static_cast<const Method*>(nullptr)));
 
 std::vector<std::string_view> method_names();
 

@@ -1,6 +1,8 @@
 // Path patterns: how contacts are laid over the machined faces.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -50,8 +52,42 @@ struct Parallel {
     Result<ContactPath> operator()(const PathScene& scene, const Control& control) const;
 };
 
+/// A curve on one face through the given parameter points, which stay contacts (flag `given`), in order; contacts are added
+/// between them where the tolerances ask. Between corners the curve is the cubic through the points with tangents from five of
+/// them at a time, over arc length: position and feed direction are right to fourth order of the spacing. A point given twice in
+/// a row, or a turn that is sudden against its neighbours, is a corner; a last point equal to the first closes the curve.
+struct GivenCurve {
+    static constexpr std::string_view name = "curve";
+    std::vector<Vec2> uv;  ///< parameters of the face; where it closes on itself they may run on past its seam
+    double step = 0.0;     ///< mm, greatest distance of contacts; 0: only chord and angle decide
+    Result<ContactPath> operator()(const PathScene& scene, const Control& control) const;
+};
+
+/// One contact per given point, in order, nothing added: parameter points of one face, or footprint points that are dropped onto
+/// the machined faces along the drop axis. Feed directions as for `curve`.
+struct GivenPoints {
+    static constexpr std::string_view name = "points";
+    std::vector<Vec2> uv;            ///< contacts; or
+    std::vector<Vec2> xy;            ///< mm, footprint across the drop axis (x and y where that is z)
+    Vec3 drop_axis = Vec3::UnitZ();  ///< unit, towards the tool
+    Result<ContactPath> operator()(const PathScene& scene, const Control& control) const;
+};
+
+/// Where a line along `drop_axis` through the footprint point first meets the machined faces, coming from the tool's side.
+struct FootprintHit {
+    Vec3 cc = Vec3::Zero(), n = Vec3::UnitZ();
+    Vec2 uv = Vec2::Zero();  ///< NaN on mesh faces
+    std::int32_t face = 0;
+};
+/// The axes across the drop axis in which footprints are given: x and y where it is z.
+std::array<Vec3, 2> footprint_axes(const Vec3& drop_axis);
+/// Shapes: xy (N,) gives N hits. Exact on surfaces: refined from the mesh to rounding.
+/// Error: no_solution naming the first point whose line misses the faces; cancelled.
+Result<std::vector<FootprintHit>> drop_onto(const std::vector<Vec2>& xy, const Vec3& drop_axis, const PathScene& scene,
+                                            const Control& control);
+
 /// The closed table of patterns. A new one touches its source, its test, its docs page and this line.
-using Pattern = std::variant<Isoparametric, Parallel>;
+using Pattern = std::variant<Isoparametric, Parallel, GivenCurve, GivenPoints>;
 
 std::vector<std::string_view> pattern_names();
 
