@@ -39,7 +39,8 @@ void impeller_hub(benchmark::State& state) {
     const auto count = std::min<std::size_t>(static_cast<std::size_t>(state.range(0)), path->size());
     double area = 0.0, bytes = 0.0, reachable = 0.0;
     for (auto _ : state) {
-        const auto sets = accessible_axes(check, cutter, std::span(path->cc).first(count), std::span(path->n).first(count), {}, {});
+        const auto sets =
+            accessible_axes(check, cutter, std::span(path->cc).first(count), std::span(path->n).first(count), {}, {});
         area = bytes = reachable = 0.0;
         for (const AxisSet& set : *sets) {
             area += set.area();
@@ -54,7 +55,14 @@ void impeller_hub(benchmark::State& state) {
     state.counters["bytes"] = bytes / n;
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(count));
 }
-BENCHMARK(impeller_hub)->Arg(100)->Arg(500)->Arg(10'000)->Unit(benchmark::kSecond)->Iterations(1)->UseRealTime()->MeasureProcessCPUTime();
+BENCHMARK(impeller_hub)
+    ->Arg(100)
+    ->Arg(500)
+    ->Arg(10'000)
+    ->Unit(benchmark::kSecond)
+    ->Iterations(1)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
 
 }  // namespace
 

@@ -9,8 +9,8 @@
 
 // One cell of axes is decided for all its axes at once. Let T be its middle, alpha the angle between T and the normal n, and C =
 // CC + r n the centre of the profile arc that touches. Every other axis of the cell is reached by tilting the tool by at most
-// dalpha about q (perpendicular to n and T) and turning it by at most dpsi about n, both through C: the contact stays where it is.
-// A point x of the part, z = x - C, is thereby displaced in the frame of the tool by
+// dalpha about q (perpendicular to n and T) and turning it by at most dpsi about n, both through C: the contact stays where it
+// is. A point x of the part, z = x - C, is thereby displaced in the frame of the tool by
 //     -dpsi n x z - dalpha q x z + E,    |E| <= dpsi^2 rho / 2 + dpsi dalpha rho + dalpha^2 |z| / 2,    rho = |n x z|,
 // or else, tilting directly and carrying the tube along, by
 //     -u x z + E,    |u| <= delta,    |E| <= delta^2 |z| / 2 + R min(2, dpsi),                          R: tube's radius,
@@ -39,7 +39,8 @@ public:
             const double from = s.arc ? angle((s.from - s.centre) / s.radius) : angle(right);
             const double to = s.arc ? angle((s.to - s.centre) / s.radius) : from;
             if (from > reached) features_.push_back({reached, from, 0.0, corner.x(), 0.0});
-            features_.push_back({from, to, s.arc ? s.radius : 0.0, s.arc ? s.centre.x() : 0.0, s.arc ? 0.0 : (s.to - s.from).norm()});
+            features_.push_back(
+                {from, to, s.arc ? s.radius : 0.0, s.arc ? s.centre.x() : 0.0, s.arc ? 0.0 : (s.to - s.from).norm()});
             reached = std::max(reached, to);
             corner = s.to;
         }
@@ -84,7 +85,14 @@ class AccessSearch {
 public:
     AccessSearch(CellStore& cells, const Cutter& cutter, const Contacts& contacts, const Vec3& cc, const Vec3& n,
                  const AccessOptions& options, int level)
-        : cells_(cells), index_(cells.index()), cutter_(cutter), contacts_(contacts), cc_(cc), n_(n), options_(options), level_(level) {}
+        : cells_(cells),
+          index_(cells.index()),
+          cutter_(cutter),
+          contacts_(contacts),
+          cc_(cc),
+          n_(n),
+          options_(options),
+          level_(level) {}
 
     AxisSet run() {
         std::vector<Item> everything;
@@ -219,8 +227,8 @@ private:
             if (y.f - along - loss.around >= limit) continue;
             // A distance is 1-Lipschitz, whatever the gradient says.
             if (y.f - size * (1.0 + spread.delta) - spread.displacement(n_, middle) >= limit) continue;
-            // What is lost at the middle, only halving the axes can mend; the rest is due to the extent. While the axes are still to
-            // be halved, coarse items are handed on: each is looked at by four children.
+            // What is lost at the middle, only halving the axes can mend; the rest is due to the extent. While the axes are still
+            // to be halved, coarse items are handed on: each is looked at by four children.
             constexpr double kPatience = 2.0;
             if (along + loss.around - loss.here >= (finest ? 1.0 : kPatience) * loss.here) {
                 if (!item.surface) {
@@ -281,7 +289,8 @@ AxisSet accessible_axes(const CheckScene& scene, const Cutter& cutter, const Vec
 }
 
 Result<std::vector<AxisSet>> accessible_axes(const CheckScene& scene, const Cutter& cutter, std::span<const Vec3> cc,
-                                             std::span<const Vec3> normals, const AccessOptions& options, const Control& control) {
+                                             std::span<const Vec3> normals, const AccessOptions& options,
+                                             const Control& control) {
     if (cc.size() != normals.size())
         return fail(ErrorCode::invalid_input, fmt::format("{} contacts but {} normals", cc.size(), normals.size()));
     for (std::size_t i = 0; i < cc.size(); ++i)

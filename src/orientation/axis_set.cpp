@@ -9,8 +9,8 @@ struct CubeFace {
     int main, first, second;
     double sign;
 };
-constexpr std::array<CubeFace, 6> kFaces{{{0, 1, 2, 1.0}, {0, 2, 1, -1.0}, {1, 2, 0, 1.0}, {1, 0, 2, -1.0}, {2, 0, 1, 1.0},
-                                          {2, 1, 0, -1.0}}};
+constexpr std::array<CubeFace, 6> kFaces{
+    {{0, 1, 2, 1.0}, {0, 2, 1, -1.0}, {1, 2, 0, 1.0}, {1, 0, 2, -1.0}, {2, 0, 1, 1.0}, {2, 1, 0, -1.0}}};
 
 std::uint32_t cells_of(int level) {
     return 1u << (2 * level);
@@ -188,13 +188,15 @@ AxisSet AxisSet::cone(int level, const Vec3& axis, double half_angle) {
 
 bool AxisSet::contains(const Vec3& axis) const {
     const std::uint32_t cell = finest_cell(axis, level_);
-    const auto after = std::upper_bound(runs_.begin(), runs_.end(), cell, [](std::uint32_t c, const Run& r) { return c < r.first; });
+    const auto after =
+        std::upper_bound(runs_.begin(), runs_.end(), cell, [](std::uint32_t c, const Run& r) { return c < r.first; });
     return after != runs_.begin() && cell < std::prev(after)->last;
 }
 
 Coverage AxisSet::coverage(const AxisCell& cell) const {
     const FinestRange r = range_of(cell, level_);
-    const auto run = std::upper_bound(runs_.begin(), runs_.end(), r.first, [](std::uint32_t c, const Run& x) { return c < x.last; });
+    const auto run =
+        std::upper_bound(runs_.begin(), runs_.end(), r.first, [](std::uint32_t c, const Run& x) { return c < x.last; });
     if (run == runs_.end() || run->first >= r.last) return Coverage::outside;
     return run->first <= r.first && run->last >= r.last ? Coverage::inside : Coverage::mixed;
 }

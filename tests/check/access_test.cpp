@@ -138,7 +138,8 @@ TEST(Access, CallsNoAxisAdmissibleThatThePointCloudForbidsAndFindsNearlyAllOther
                     // Well within: the neighbours are clear as well, so that the border is not near.
                     bool deep = true;
                     for (int j = 0; j < 8 && deep; ++j) {
-                        const Vec3 side = any_perpendicular(t), turned = std::cos(j * kPi / 4) * side + std::sin(j * kPi / 4) * t.cross(side);
+                        const Vec3 side = any_perpendicular(t),
+                                   turned = std::cos(j * kPi / 4) * side + std::sin(j * kPi / 4) * t.cross(side);
                         const Vec3 near = (t + std::tan(radians(4.0)) * turned).normalized();
                         const auto near_tip = tool_tip(tool, cc, n, near);
                         if (!near_tip || near.dot(n) <= 0.0) deep = false;
@@ -152,7 +153,8 @@ TEST(Access, CallsNoAxisAdmissibleThatThePointCloudForbidsAndFindsNearlyAllOther
         }
     EXPECT_GT(claimed, 100) << tried;
     EXPECT_LE(missed, tried / 50) << "of " << tried << ", clear but not in the set: " << clear;
-    std::printf("%d poses, %d in the sets, %d clear outside them, %d of these far from any border\n", tried, claimed, clear, missed);
+    std::printf("%d poses, %d in the sets, %d clear outside them, %d of these far from any border\n", tried, claimed, clear,
+                missed);
 }
 
 TEST(Access, ManyContactsAreTheSameBitsForAnyNumberOfThreads) {

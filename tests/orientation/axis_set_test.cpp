@@ -37,8 +37,7 @@ Region region(Axes& axes) {
 TEST(AxisSet, CellsCoverTheSphereOnceAndHoldTheirPoints) {
     for (const int level : {0, 1, 3}) {
         double area = 0.0;
-        for (std::uint32_t i = 0; i < 6u << (2 * level); ++i)
-            area += AxisSet::from_runs(level, {{i, i + 1}}).area();
+        for (std::uint32_t i = 0; i < 6u << (2 * level); ++i) area += AxisSet::from_runs(level, {{i, i + 1}}).area();
         EXPECT_NEAR(area, 4.0 * kPi, 1e-12);
     }
     Axes axes(1);

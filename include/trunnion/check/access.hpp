@@ -11,9 +11,9 @@
 namespace trunnion {
 
 struct AccessOptions {
-    double gouge = 0.01;              ///< mm, depth of the cutting part below the surface that is still admissible
-    double clearance = 1.0;           ///< mm, wanted between shank, holder and everything
-    double boundary = radians(1.0);   ///< rad, width of the finest cells: how exactly the set's border is known
+    double gouge = 0.01;                ///< mm, depth of the cutting part below the surface that is still admissible
+    double clearance = 1.0;             ///< mm, wanted between shank, holder and everything
+    double boundary = radians(1.0);     ///< rad, width of the finest cells: how exactly the set's border is known
     double most_inclination = kPi / 2;  ///< rad, axes farther than this from the normal are not admissible
 };
 

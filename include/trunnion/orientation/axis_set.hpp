@@ -29,8 +29,8 @@ class AxisSet {
 public:
     static constexpr int kMostLevel = 12;
 
-    /// Level whose cells are `width` (rad) or less across from corner to corner (those at the eight corners of the cube, which are
-    /// lozenges, up to 1.16 of it). Requires width > 0; no level is finer than kMostLevel.
+    /// Level whose cells are `width` (rad) or less across from corner to corner (those at the eight corners of the cube, which
+    /// are lozenges, up to 1.16 of it). Requires width > 0; no level is finer than kMostLevel.
     static int level_for(double width);
 
     static AxisSet none(int level);
