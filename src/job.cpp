@@ -301,9 +301,15 @@ void read_machine(TomlReader r, const fs::path& folder, Job& job) {
     r.finish();
 }
 
-void read_program(TomlReader r, Job& job) {
+void read_program(TomlReader r, const fs::path& folder, Job& job) {
     const std::vector<std::string> names = dialect_names();
-    job.dialect = r.word("dialect", job.dialect, {names.begin(), names.end()});
+    if (r.text("dialect", "").ends_with(".toml")) {
+        job.dialect = absolute_from(folder, r.text("dialect", ""));
+        if (const auto own = load_dialect(job.dialect); !own) r.wrong("dialect", own.error().text());
+    } else {
+        job.dialect = r.word("dialect", job.dialect, {names.begin(), names.end()});
+    }
+    job.plane = r.flag("plane", false);
     if (r.has("tcp")) job.tcp = r.flag("tcp", true);
     job.tool_number = r.integer("tool_number", job.tool_number, 1, 99'999);
     job.spindle_rpm = r.not_negative("spindle_rpm", 0.0);
@@ -357,7 +363,7 @@ Result<Job> read_job(const toml::table& root, const std::string& source, const f
     read_orientation(r.table("orientation"), folder, job);
     read_links(r.table("links"), job);
     read_machine(r.table("machine"), folder, job);
-    read_program(r.table("program"), job);
+    read_program(r.table("program"), folder, job);
     read_tolerance(r.table("tolerance"), job);
     r.finish();
     if (errors.first) return tl::unexpected(*errors.first);

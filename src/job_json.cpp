@@ -190,6 +190,7 @@ std::string job_to_json(const Job& job) {
     if (job.work_offset) j["machine"]["work_offset_mm"] = json_of(*job.work_offset);
     j["program"] = {{"dialect", job.dialect}, {"tool_number", job.tool_number}, {"spindle_rpm", job.spindle_rpm}};
     if (job.tcp) j["program"]["tcp"] = *job.tcp;
+    if (job.plane) j["program"]["plane"] = true;
     j["tolerance"] = {{"chord_mm", job.tolerance.chord},
                       {"gouge_mm", job.tolerance.gouge},
                       {"scallop_mm", job.tolerance.scallop},

@@ -1,5 +1,7 @@
 #include "job_orientation.hpp"
 
+#include "job_positioning.hpp"
+
 #include <nlohmann/json.hpp>
 
 #include "job_table.hpp"
@@ -216,11 +218,56 @@ void write_method(ordered_json& j, const Rmf& m) {
     j["normal_noise_deg"] = degrees(m.normal_noise);
 }
 
-/// Puts the method of that name, default parameters, into `method`.
-template <std::size_t I = 0>
-void select(std::string_view name, Method& method) {
-    if constexpr (I < std::variant_size_v<Method>) {
-        using M = std::variant_alternative_t<I, Method>;
+// ---- steps behind the method ----------------------------------------------------------------------------------------
+
+void read_step(TomlReader& r, SmoothAxes& s) {
+    if (!r.has("length_mm")) r.wrong("length_mm", "is missing");
+    s.length = r.positive("length_mm", s.length);
+    s.keep_clear = r.flag("keep_clear", s.keep_clear);
+}
+void write_step(ordered_json& j, const SmoothAxes& s) {
+    j["length_mm"] = s.length;
+    j["keep_clear"] = s.keep_clear;
+}
+void read_step(TomlReader& r, LimitAxisStep& s) {
+    if (!r.has("step_deg") && !r.has("per_mm_deg")) r.wrong("step_deg", "or per_mm_deg is missing");
+    s.angle = radians(r.positive("step_deg", 0.0));
+    s.per_mm = radians(r.positive("per_mm_deg", 0.0));
+}
+void write_step(ordered_json& j, const LimitAxisStep& s) {
+    if (s.angle > 0.0) j["step_deg"] = degrees(s.angle);
+    if (s.per_mm > 0.0) j["per_mm_deg"] = degrees(s.per_mm);
+}
+void read_step(TomlReader& r, ClampAxes& s) {
+    s.lead = range(r, "lead_range_deg", s.lead);
+    s.tilt = range(r, "tilt_range_deg", s.tilt);
+    s.softness = angle(r, "softness_deg", s.softness, 0.0, 90.0);
+}
+void write_step(ordered_json& j, const ClampAxes& s) {
+    j["lead_range_deg"] = json_of(s.lead);
+    j["tilt_range_deg"] = json_of(s.tilt);
+    j["softness_deg"] = degrees(s.softness);
+}
+void read_step(TomlReader& r, RepairAxes& s) {
+    s.greatest = angle(r, "greatest_deg", s.greatest, 0.01, 89.0);
+    s.ring = angle(r, "ring_deg", s.ring, 0.01, 89.0);
+    if (s.ring > s.greatest)
+        r.wrong("ring_deg", fmt::format("= {:.6g} must be at most greatest_deg = {:.6g}", degrees(s.ring), degrees(s.greatest)));
+    s.blend = r.not_negative("blend_mm", s.blend);
+}
+void write_step(ordered_json& j, const RepairAxes& s) {
+    j["greatest_deg"] = degrees(s.greatest);
+    j["ring_deg"] = degrees(s.ring);
+    j["blend_mm"] = s.blend;
+}
+
+constexpr std::string_view kOutcomes[] = {"fail", "trim", "retract"};
+
+/// Puts the alternative of that name, default parameters, into a method or a step.
+template <std::size_t I = 0, class V>
+void select(std::string_view name, V& method) {
+    if constexpr (I < std::variant_size_v<V>) {
+        using M = std::variant_alternative_t<I, V>;
         if (name == M::name)
             method = M{};
         else
@@ -231,7 +278,16 @@ void select(std::string_view name, Method& method) {
 }  // namespace
 
 void read_orientation(TomlReader r, const fs::path&, Job& job) {
-    select(r.word("method", std::string(Sturz::name), method_names()), job.method);
+    std::vector<std::string_view> names = method_names();
+    for (const std::string_view name : positioning_names()) names.push_back(name);
+    const std::string name = r.word("method", std::string(Sturz::name), names);
+    job.positioning = read_positioning(r, name);
+    if (job.positioning) {
+        // Its poses come whole: there are no axes for steps to better, nor passes to trim.
+        r.word("outcome", "fail", {"fail"});
+        return r.finish();
+    }
+    select(name, job.method);
     std::visit([&](auto& m) { read_method(r, m); }, job.method);
     if (auto* normals = std::get_if<SurfaceNormals>(&job.method)) {
         if (r.has("surface") == (normals->face >= 0))
@@ -241,12 +297,26 @@ void read_orientation(TomlReader r, const fs::path&, Job& job) {
             job.guide = read_surface(surface);
         }
     }
-    r.word("outcome", "fail", {"fail"});
+    for (TomlReader& t : r.tables("then")) {
+        AxisStep step;
+        if (!t.has("step")) t.wrong("step", fmt::format("is missing; use one of {}", fmt::join(axis_step_names(), ", ")));
+        select(t.word("step", std::string(SmoothAxes::name), axis_step_names()), step);
+        std::visit([&](auto& s) { read_step(t, s); }, step);
+        t.finish();
+        job.then.push_back(step);
+    }
+    const std::string outcome = r.word("outcome", "fail", {std::begin(kOutcomes), std::end(kOutcomes)});
+    job.outcome = outcome == "trim" ? Outcome::trim : outcome == "retract" ? Outcome::retract : Outcome::fail;
     r.finish();
 }
 
 ordered_json json_of_orientation(const Job& job) {
     ordered_json j;
+    if (job.positioning) {
+        j = json_of_positioning(*job.positioning);
+        j["outcome"] = "fail";
+        return j;
+    }
     std::visit(
         [&](const auto& m) {
             j["method"] = m.name;
@@ -254,7 +324,18 @@ ordered_json json_of_orientation(const Job& job) {
         },
         job.method);
     if (job.guide) j["surface"] = json_of(*job.guide);
-    j["outcome"] = "fail";
+    if (!job.then.empty()) {
+        j["then"] = ordered_json::array();
+        for (const AxisStep& step : job.then)
+            std::visit(
+                [&](const auto& s) {
+                    ordered_json one{{"step", s.name}};
+                    write_step(one, s);
+                    j["then"].push_back(std::move(one));
+                },
+                step);
+    }
+    j["outcome"] = kOutcomes[static_cast<int>(job.outcome)];
     return j;
 }
 

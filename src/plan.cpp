@@ -6,9 +6,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "outcome.hpp"
 #include "setup.hpp"
 #include "trunnion/base/file.hpp"
 #include "trunnion/base/parallel.hpp"
+#include "trunnion/machine/timing.hpp"
+#include "trunnion/path/strip.hpp"
 #include "trunnion/report/html.hpp"
 
 namespace trunnion {
@@ -126,26 +129,10 @@ struct Poses {
     ContactPath contacts;
     PosePath path;
     std::map<std::int64_t, std::string> refused;  // contacts whose axes the method itself takes back
-    std::vector<std::string> notes;               // of the method
+    std::vector<std::string> notes;               // of the method, its steps and the outcome
+    std::vector<MultipointPose> positions;        // of a positioning method, one per contact
+    OutcomeReport outcome;
 };
-
-/// What the whole tool has beyond what the job wants, standing at a contact: for methods that ask before they choose.
-double margin_at(const Setup& s, const ContactPath& contacts, std::size_t i, const Vec3& T) {
-    const auto tip = tool_tip(s.cutter, contacts.cc[i], contacts.n[i], T);
-    if (!tip) return -std::numeric_limits<double>::infinity();
-    double margin = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < s.cutter.pieces().size(); ++k) {
-        const bool cutting = s.cutter.pieces()[k].kind == PieceKind::cutter;
-        const double wanted = cutting ? -s.check.gouge : s.check.clearance;
-        // The same gaps as the check's, or its verdict could differ.
-        const double gap = cutting ? 0.1 * s.check.gouge : 0.1 * std::max(s.check.chord, 1e-3 * s.check.clearance);
-        DistanceHint hint;
-        if (cutting) hint.point = contacts.cc[i];
-        margin = std::min(margin, piece_distance(s.scene, s.cutter, k, *tip, T, gap, s.check.clearance_cap, hint).lower - wanted);
-        if (margin < 0.0) break;  // the check says how much; here no is enough
-    }
-    return margin;
-}
 
 /// The job's method with what only the machine or a second surface can say.
 Result<Method> resolved_method(const Job& job, const Setup& s) {
@@ -190,6 +177,11 @@ struct Steps {
     double chord = 1.0, angle = 1.0;
 };
 
+/// How many times denser rows of footprints stand for these steps: a chord's error falls with the square of its length.
+int denser(const Steps& steps) {
+    return static_cast<int>(std::lround(std::exp2(std::ceil(0.5 * std::log2(1.0 / steps.chord)))));
+}
+
 /// Path, orientation, placing and links.
 Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Stopwatch& watch, const Control& control) {
     Tolerance tolerance = job.tolerance;
@@ -211,28 +203,63 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
         // The lean is not known before the path is: a steep tool leaves the highest scallops.
         path_scene.lead = radians(75.0);
     }
-    watch.stage("path");
-    auto contacts = plan_path(job.pattern, path_scene, control);
-    if (!contacts) return fail_up(std::move(contacts));
-
-    watch.stage("orientation");
     Poses poses;
-    Scene scene{*s.part, s.cutter};
-    scene.clearance = [&](std::size_t i, const Vec3& T) { return margin_at(s, *contacts, i, T); };
-    scene.refuse = [&](std::size_t i, std::string why) { poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why)); };
-    scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
-    auto method = resolved_method(job, s);
-    if (!method) return fail_up(std::move(method));
-    auto axes = orient(*contacts, *method, scene, control);
-    if (!axes) return fail_up(std::move(axes));
+    Result<PosePath> cuts = PosePath{};
+    Result<ContactPath> contacts = ContactPath{};
+    if (job.positioning) {
+        watch.stage("pose");
+        auto placed = position(*job.positioning, job.pattern, path_scene, denser(steps), control);
+        if (!placed) return fail_in(std::move(placed), std::string(Multipoint::name));
+        contacts = std::move(placed->contacts);
+        cuts = std::move(placed->cuts);
+        poses.positions = std::move(placed->poses);
+        poses.notes = std::move(placed->notes);
+    } else {
+        watch.stage("path");
+        contacts = plan_path(job.pattern, path_scene, control);
+        if (!contacts) return fail_up(std::move(contacts));
 
-    watch.stage("pose");
-    auto cuts = place_cutter(*contacts, *axes, s.cutter);
-    if (!cuts) return fail_up(std::move(cuts));
-    const bool facets =
-        std::any_of(s.faces.begin(), s.faces.end(), [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
-    if (facets)
-        if (auto lifted = lift_off_facets(*cuts, *contacts, s, control); !lifted) return fail_up(std::move(lifted));
+        watch.stage("orientation");
+        Scene scene{*s.part, s.cutter};
+        scene.clearance = [&](std::size_t i, const Vec3& T) { return margin_at(s, *contacts, i, T); };
+        scene.refuse = [&](std::size_t i, std::string why) { poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why)); };
+        scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
+        auto method = resolved_method(job, s);
+        if (!method) return fail_up(std::move(method));
+        auto axes = orient(*contacts, *method, scene, control);
+        if (!axes) return fail_up(std::move(axes));
+        for (const AxisStep& step : job.then) {
+            auto next = apply_step(step, *contacts, *axes, scene, control);
+            if (!next) return fail_up(std::move(next));
+            // What the method took back counts no longer where a step that looks at the pose chose another axis.
+            constexpr double kMoved = 1e-9;
+            if (std::holds_alternative<ClampAxes>(step) || std::holds_alternative<RepairAxes>(step))
+                std::erase_if(poses.refused, [&](const auto& r) {
+                    const auto i = static_cast<std::size_t>(r.first);
+                    return angle_between((*axes)[i], (*next)[i]) > kMoved;
+                });
+            axes = std::move(next);
+        }
+        if (job.outcome == Outcome::trim) {
+            auto trimmed = trim(s, *contacts, *axes, poses.refused, control);
+            if (!trimmed) return fail_up(std::move(trimmed));
+            poses.outcome = std::move(*trimmed);
+        }
+
+        watch.stage("pose");
+        cuts = place_cutter(*contacts, *axes, s.cutter);
+        if (!cuts) return fail_up(std::move(cuts));
+        const bool facets =
+            std::any_of(s.faces.begin(), s.faces.end(), [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
+        if (facets)
+            if (auto lifted = lift_off_facets(*cuts, *contacts, s, control); !lifted) return fail_up(std::move(lifted));
+        if (job.outcome == Outcome::retract) {
+            auto drawn = retract(s, *contacts, *cuts, control);
+            if (!drawn) return fail_up(std::move(drawn));
+            poses.outcome = std::move(*drawn);
+        }
+    }
+    for (std::string& note : poses.outcome.notes) poses.notes.push_back(std::move(note));
     LinkOptions links;
     links.surface = clearance_surface(job, s, *cuts);
     links.lead = job.lead;
@@ -257,27 +284,6 @@ bool chords_fail(const CheckedPath& checked, const CheckOptions& limits) {
         if (cut && ends_clear && v[i].motion_gouge > limits.gouge + limits.chord) return true;
     }
     return false;
-}
-
-/// Axis motion for the path. Where the axes, each running evenly, would stray from the motion that was proved (near a
-/// singularity, or the tip without tool-centre-point control), that motion is cut in pieces until they do not.
-Result<MachinePath> follow(CheckedPath checked, const Setup& s, const Control& control) {
-    constexpr int kRounds = 6;
-    constexpr double kMostPieces = 64.0;  // of one motion in one round: at the pole itself no number is enough
-    for (int round = 1;; ++round) {
-        auto moved = move_machine(checked, s.machine, s.motion, control);
-        if (!moved || round == kRounds) return moved;
-        const std::vector<double>& over = moved->overstep();
-        std::vector<int> pieces(over.size(), 1);
-        bool any = false;
-        for (std::size_t i = 0; i < over.size(); ++i) {
-            if (!(over[i] > 1.0) || !checked.verdicts()[i].valid) continue;
-            pieces[i] = static_cast<int>(std::clamp(std::ceil(1.1 * std::sqrt(over[i])), 2.0, kMostPieces));
-            any = true;
-        }
-        if (!any) return moved;
-        checked = subdivide(checked, pieces);
-    }
 }
 
 // ---- the document ---------------------------------------------------------------------------------------------------
@@ -311,6 +317,49 @@ void fill_poses(PlanDocument& doc, const PosePath& poses, const ContactPath& con
     }
 }
 
+/// To second order, at the job's scallop height; unknown on mesh faces, and where the cutter is flatter than the surface.
+void fill_strip(PlanDocument& doc, const Setup& s, double scallop) {
+    doc.strip_width_mm.assign(doc.cl.size(), kNaN);
+    for (std::size_t i = 0; i < doc.cl.size(); ++i) {
+        if (doc.face[i] < 0 || !doc.uv[i].allFinite()) continue;
+        const auto& surface = s.part->faces[static_cast<std::size_t>(doc.face[i])].surface;
+        if (!surface) continue;
+        const SurfacePoint p = surface->at(doc.uv[i].x(), doc.uv[i].y());
+        if (p.Su.cross(p.Sv).isZero(0.0)) continue;  // a pole
+        const TangentForm form = surface_form(p, doc.normal[i], doc.feed[i]);
+        if (const auto w = strip_width_second_order(s.cutter, form, doc.normal[i], doc.feed[i], doc.axis[i], scallop))
+            doc.strip_width_mm[i] = *w;
+    }
+}
+
+/// What a positioning method knows of each pose.
+void fill_positions(PlanDocument& doc, const Poses& poses) {
+    if (poses.positions.empty()) return;
+    const std::size_t n = poses.path.size();
+    doc.second_contact.assign(n, Vec3::Constant(kNaN));
+    doc.safe_tilt_deg.assign(n, Vec2::Constant(kNaN));
+    doc.status.assign(n, "");
+    const auto column = [&](const char* name, auto&& value) {
+        std::vector<double>& all = doc.extra[name];
+        all.assign(n, kNaN);
+        for (std::size_t i = 0; i < n; ++i)
+            if (poses.path.contact[i] >= 0) all[i] = value(poses.positions[static_cast<std::size_t>(poses.path.contact[i])]);
+    };
+    for (std::size_t i = 0; i < n; ++i) {
+        if (poses.path.contact[i] < 0) continue;
+        const MultipointPose& p = poses.positions[static_cast<std::size_t>(poses.path.contact[i])];
+        doc.second_contact[i] = p.Q;
+        doc.safe_tilt_deg[i] = {degrees(p.tilt_minus), degrees(p.tilt_plus)};
+        doc.status[i] = name_of(p.status);
+    }
+    using P = const MultipointPose&;
+    column("tilt_about_insert_deg", [](P p) { return degrees(p.tilt); });
+    column("z_c", [](P p) { return p.z_c; });
+    column("separation_mm", [](P p) { return p.separation(); });
+    column("k_min_per_mm", [](P p) { return p.k_min; });
+    column("certified_gouge_mm", [](P p) { return p.certified_gouge; });
+}
+
 void fill_checks(PlanDocument& doc, const CheckedPath& checked) {
     for (const Verdict& v : checked.verdicts()) {
         doc.gouge_mm.push_back(v.gouge);
@@ -340,6 +389,30 @@ void fill_machine(PlanDocument& doc, const MachinePath& m) {
     for (const std::string& why : m.why()) {
         doc.valid.push_back(why.empty());
         doc.why.push_back(why);
+    }
+}
+
+/// Time under the machine's dynamics, and what takes how much of it.
+void add_timing(ordered_json& metrics, PlanDocument& doc, const MotionTiming& timing, const MachinePath& m) {
+    metrics["time_dynamic_s"] = timing.total;
+    metrics["time_dynamic_least_s"] = timing.least;
+    metrics["stops"] = timing.stops;
+    ordered_json share = ordered_json::object();
+    for (std::size_t k = 0; k < timing.share.size(); ++k) {
+        const auto kind = k == 0 ? LimitKind::feed : static_cast<LimitKind>((k + 9) / 5);
+        const ActiveLimit limit{kind, static_cast<std::uint8_t>(k == 0 ? 0 : (k - 1) % 5)};
+        if (timing.share[k] > 0) share[name_of(limit, m.machine())] = timing.share[k];
+    }
+    metrics["time_share"] = std::move(share);
+    // Per pose, on the way to it; the limit as a number: 0 feed, then velocities, accelerations and jerks of the five axes.
+    auto &time = doc.extra["dynamic_time_s"], &feed = doc.extra["dynamic_feed_mm_min"], &limit = doc.extra["dynamic_limit"];
+    time = timing.time;
+    for (std::size_t i = 0; i < timing.feed.size(); ++i) {
+        feed.push_back(60.0 * timing.feed[i]);
+        const ActiveLimit& l = timing.limit[i];
+        limit.push_back(l.kind == LimitKind::none   ? kNaN
+                        : l.kind == LimitKind::feed ? 0.0
+                                                    : 5.0 * static_cast<double>(l.kind) - 9.0 + l.axis);
     }
 }
 
@@ -397,6 +470,15 @@ std::string summary_of(const PlanDocument& doc, const MachinePath& m, const Job&
     row("length", fmt::format("{:.1f} mm cutting, {:.1f} mm in all", m.totals().cut_length, m.totals().length));
     row("time", fmt::format("{:.0f} min {:.1f} s (feed and axis speeds)", std::floor(m.totals().time / 60.0),
                             std::fmod(m.totals().time, 60.0)));
+    if (metrics.contains("time_dynamic_s")) {
+        const double time = metrics["time_dynamic_s"].get<double>();
+        std::string most = "nothing";
+        double part = 0.0;
+        for (const auto& [name, value] : metrics["time_share"].items())
+            if (value.get<double>() > part) part = value.get<double>(), most = name;
+        row("time, accelerating", fmt::format("{:.0f} min {:.1f} s from rest to rest, {:.0f} % of it limited by the {}",
+                                              std::floor(time / 60.0), std::fmod(time, 60.0), 100.0 * part, most));
+    }
     for (std::size_t k = 0; k < 2; ++k) {
         double lo = std::numeric_limits<double>::infinity(), hi = -lo;
         for (const auto& p : doc.positions) lo = std::min(lo, p[3 + k]), hi = std::max(hi, p[3 + k]);
@@ -483,7 +565,8 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
             return interrupted(std::move(doc));
         }
         checked = std::move(*result);
-        if (round == kRounds || !chords_fail(*checked, s.check)) break;
+        // Given points stay as they are: nothing may be put between them.
+        if (round == kRounds || std::holds_alternative<GivenPoints>(job.pattern) || !chords_fail(*checked, s.check)) break;
         steps.chord *= 0.5;
         steps.angle *= 0.7;
         control.say(fmt::format("between poses the cutter goes deeper than allowed: again with chord {:.4g} mm, {:.3g} deg",
@@ -503,12 +586,20 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
     }
     poses->path = moved->poses();
     fill_poses(doc, poses->path, poses->contacts);
+    fill_strip(doc, s, job.tolerance.scallop);
+    fill_positions(doc, *poses);
     fill_checks(doc, moved->checked());
     fill_machine(doc, *moved);
     for (const std::string& w : poses->notes) doc.warnings.push_back(fmt::format("orientation: {}", w));
     for (const std::string& w : moved->warnings()) doc.warnings.push_back(w);
     for (const std::string& p : s.part->problems) doc.warnings.push_back("part: " + p);
-    const ordered_json metrics = metrics_of(poses->contacts, poses->path, *moved, s);
+    ordered_json metrics = metrics_of(poses->contacts, poses->path, *moved, s);
+    if (job.outcome == Outcome::trim) metrics["trimmed_contacts"] = poses->outcome.trimmed;
+    if (job.outcome == Outcome::retract) {
+        metrics["retracted_contacts"] = poses->outcome.retracted;
+        metrics["greatest_retract_mm"] = poses->outcome.greatest_retract;
+    }
+    if (const auto timing = time_motion(*moved, {}, control)) add_timing(metrics, doc, *timing, *moved);
     doc.metrics_json = metrics.dump();
 
     Plan plan;
@@ -522,6 +613,7 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
         if (!text) return fail_up(std::move(text));
         plan.program = std::move(*text);
         program.dialect = "apt";
+        program.plane = false;  // CLDATA holds tips and axes in any case
         auto cls = proved_program(*moved, program, doc);
         if (!cls) return fail_up(std::move(cls));
         plan.cls = std::move(*cls);

@@ -91,6 +91,7 @@ Result<Setup> set_up(const Job& job, const Control& control) {
     motion.tool_length = cutter->length();
     ProgramOptions program;
     program.dialect = job.dialect;
+    program.plane = job.plane;
     program.tcp = job.tcp.value_or(machine->tcp);
     program.title = shared->file;
     motion.tcp = program.tcp;

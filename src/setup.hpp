@@ -7,6 +7,7 @@
 #include "trunnion/job.hpp"
 #include "trunnion/machine/machine_path.hpp"
 #include "trunnion/program/program.hpp"
+#include "trunnion/report/plan_file.hpp"
 
 namespace trunnion {
 
@@ -24,5 +25,12 @@ struct Setup {
 
 /// Loads and builds everything the job names. Error: with the file, face or key at fault.
 Result<Setup> set_up(const Job& job, const Control& control);
+
+/// The poses of a plan file, for a check of their own: nothing of its verdicts. Error: an unknown kind of pass.
+Result<PosePath> poses_of(const PlanDocument& doc);
+
+/// Axis motion for the path. Where the axes, each running evenly, would stray from the motion that was proved (near a
+/// singularity, or the tip without tool-centre-point control), that motion is cut in pieces until they do not.
+Result<MachinePath> follow(CheckedPath checked, const Setup& s, const Control& control);
 
 }  // namespace trunnion

@@ -25,19 +25,10 @@ struct Subject {
 };
 
 Result<Subject> subject_of(const PlanDocument& doc) {
+    auto poses = poses_of(doc);
+    if (!poses) return fail_up(std::move(poses));
     Subject s;
-    s.poses.cl = doc.cl;
-    s.poses.axis = doc.axis;
-    for (Vec3& axis : s.poses.axis) axis.normalize();  // the reader holds them to 1e-6
-    s.poses.contact.assign(doc.size(), kNoContact);
-    for (const PlanPass& p : doc.passes) {
-        auto kind = pass_kind(p.kind);
-        if (!kind) return fail_up(std::move(kind));
-        // What the file calls contacts is held to the pose limit; poses between them to the limit of moves.
-        for (std::size_t i = p.first; *kind == PassKind::cut && i < p.first + p.count; ++i)
-            if (doc.cc.empty() || !doc.cc[i].allFinite()) s.poses.contact[i] = kOnChord;
-        s.poses.passes.push_back({p.first, p.count, *kind, *kind == PassKind::link});
-    }
+    s.poses = std::move(*poses);
     for (const auto& p : doc.positions) s.joints.push_back({p[0], p[1], p[2], radians(p[3]), radians(p[4])});
     for (std::size_t i = 0; i < doc.size(); ++i) s.names.push_back(fmt::format("pose {}", i));
     return s;

@@ -14,6 +14,7 @@
 #include "trunnion/machine/machine.hpp"
 #include "trunnion/part/part.hpp"
 #include "trunnion/plan.hpp"
+#include "trunnion/post.hpp"
 #include "trunnion/program/program.hpp"
 #include "trunnion/reproduce.hpp"
 
@@ -36,7 +37,7 @@ int exit_code(ErrorCode code) {
 }
 
 struct Options {
-    std::string file, job, folder = "out";
+    std::string file, job, folder = "out", output;
     std::vector<std::string> settings;
     unsigned threads = 0;
     bool quiet = false, json = false, allow_invalid = false;
@@ -104,6 +105,49 @@ int run_check(const Options& o) {
     return result->valid ? kDone : kNotValid;
 }
 
+int run_post(const Options& o, const PostOptions& wanted) {
+    const auto& cancel = cli::install_interrupt();
+    cli::Progress progress(o.quiet);
+    auto result = post(o.file, wanted, progress.control(cancel));
+    if (!result) return report_error(result.error(), o);
+    const bool to_file = !o.output.empty();
+    if (to_file && !result->text.empty())
+        if (auto done = write_files_atomically({{o.output, result->text}}, {}); !done) return report_error(done.error(), o);
+    if (o.json) {
+        ordered_json j{{"ok", true},
+                       {"valid", result->valid},
+                       {"machine", result->machine},
+                       {"dialect", result->dialect},
+                       {"poses", result->poses},
+                       {"bad", result->bad},
+                       {"time_s", result->time},
+                       {"problems", result->problems},
+                       {"warnings", result->warnings},
+                       {"checks", ordered_json::array()}};
+        for (const PlanCheck& c : result->checks)
+            j["checks"].push_back({{"what", c.what}, {"bound", c.bound}, {"engine", c.engine}, {"holds", c.holds}});
+        if (to_file)
+            j["file"] = result->text.empty() ? "" : o.output;
+        else
+            j["program"] = result->text;
+        fmt::print("{}\n", j.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
+    } else if (!to_file) {
+        fmt::print("{}", result->text);
+    } else {
+        fmt::print("{}: {} poses on {}, {}\n", result->valid ? "VALID" : "NOT VALID", result->poses, result->machine,
+                   result->dialect);
+        for (const PlanCheck& c : result->checks)
+            fmt::print("  {:<9} {}: {}\n", c.holds ? "proved" : "NOT HELD", c.what, c.bound);
+        for (const std::string& w : result->warnings) fmt::print("  warning   {}\n", w);
+        if (!result->text.empty()) fmt::print("  written   {}\n", o.output);
+    }
+    if (result->valid) return kDone;
+    for (const std::string& p : result->problems) fmt::print(stderr, "trunnion: {}\n", p);
+    fmt::print(stderr, "trunnion: {} of {} poses are not valid{}\n", result->bad, result->poses,
+               result->text.empty() ? "; no program was written" : "; bad blocks are marked in the program");
+    return kNotValid;
+}
+
 int run_info(const Options& o) {
     const auto& cancel = cli::install_interrupt();
     cli::Progress progress(o.quiet);
@@ -121,11 +165,14 @@ int run_list(const Options& o) {
     const auto names = [&](const std::vector<std::string_view>& all) {
         for (const std::string_view n : all) entries.push_back({std::string(n), ""});
     };
-    if (o.file == "methods") names(method_names());
+    if (o.file == "methods") {
+        names(method_names());
+        names(positioning_names());
+    }
     if (o.file == "patterns") names(pattern_names());
     if (o.file == "cutters") names(cutter_shape_names());
     if (o.file == "dialects")
-        for (const std::string& d : dialect_names()) entries.push_back({d, "." + file_ending(d)});
+        for (const std::string& d : dialect_names()) entries.push_back({d, find_dialect(d)->title});
     if (o.file == "machines")
         for (const std::string& m : built_in_machine_names()) entries.push_back({m, built_in_machine(m)->title});
     if (o.json) {
@@ -198,6 +245,18 @@ int run(int argc, char** argv) {
         ->take_all()
         ->allow_extra_args(false);
     common(check_command, true);
+    PostOptions post_options;
+    bool no_tcp = false;
+    CLI::App* post_command =
+        app.add_subcommand("post", "write the program of a plan again, for another machine or another control, checked anew");
+    post_command->add_option("plan", o.file, "plan.json")->required();
+    post_command->add_option("--machine", post_options.machine, "built-in machine or machine file (.toml); default: the plan's");
+    post_command->add_option("--dialect", post_options.dialect, "built-in dialect or dialect file (.toml); default: the plan's");
+    post_command->add_option("-o,--output", o.output, "file to write; default: standard output");
+    post_command->add_flag("--no-tcp", no_tcp, "machine positions with inverse-time feed instead of tool-centre-point control");
+    post_command->add_flag("--plane", post_options.plane, "one tilted plane (3+2); the path must have one orientation");
+    post_command->add_flag("--allow-invalid", post_options.allow_invalid, "write an invalid path too, every bad block marked");
+    common(post_command, true);
     CLI::App* info_command = app.add_subcommand(
         "info", "what a part file holds: faces with index, kind, area, box, curvature, and what is wrong with it");
     info_command->add_option("part", o.file, ".step .stp .iges .igs .brep .stl .obj")->required();
@@ -223,6 +282,10 @@ int run(int argc, char** argv) {
     if (o.threads > 0) set_threads(o.threads);
     if (plan_command->parsed()) return run_plan(o);
     if (check_command->parsed()) return run_check(o);
+    if (post_command->parsed()) {
+        if (no_tcp) post_options.tcp = false;
+        return run_post(o, post_options);
+    }
     if (info_command->parsed()) return run_info(o);
     if (reproduce_command->parsed()) return run_reproduce(o);
     return run_list(o);

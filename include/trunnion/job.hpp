@@ -9,10 +9,12 @@
 
 #include "trunnion/base/tolerance.hpp"
 #include "trunnion/cutter/cutter.hpp"
+#include "trunnion/orientation/axis_step.hpp"
 #include "trunnion/orientation/method.hpp"
 #include "trunnion/part/surface.hpp"
 #include "trunnion/path/pattern.hpp"
 #include "trunnion/pose/place.hpp"
+#include "trunnion/pose/positioning.hpp"
 
 namespace trunnion {
 
@@ -22,6 +24,13 @@ struct SurfaceSpec {
     std::optional<BSplineData> spline;
     std::optional<std::array<double, 4>> patch_uv;  ///< u0, u1, v0, v1
     bool flip_normal = false;
+};
+
+/// What becomes of contacts at which the whole tool is not clear.
+enum class Outcome {
+    fail,     ///< the plan is not valid
+    trim,     ///< they are left out; the pass is split there
+    retract,  ///< the tool is drawn back along its axis until it is clear
 };
 
 struct Job {
@@ -40,7 +49,10 @@ struct Job {
     Pattern pattern;
     // [orientation]
     Method method;
+    std::vector<AxisStep> then;  ///< behind the method, in order
+    Outcome outcome = Outcome::fail;
     std::optional<SurfaceSpec> guide;  ///< of `normals`: a second surface given in place
+    std::optional<Multipoint> positioning;  ///< instead of `method`: contact and axis are found together
     // [links]
     std::optional<ClearanceSurface> clearance_surface;  ///< empty: chosen from the part and the axes
     double lead = 2.0;                                  ///< mm
@@ -52,8 +64,9 @@ struct Job {
     double feed = 25.0, lead_feed = 12.5;  ///< mm/s
     std::optional<Vec3> work_offset;       ///< mm, overrides the machine file's
     // [program]
-    std::string dialect = "linuxcnc";
-    std::optional<bool> tcp;  ///< empty: what the machine offers
+    std::string dialect = "linuxcnc";  ///< or the absolute path of a dialect file
+    bool plane = false;                ///< one tilted plane (3+2)
+    std::optional<bool> tcp;           ///< empty: what the machine offers
     int tool_number = 1;
     double spindle_rpm = 0.0;
     // [tolerance]

@@ -5,8 +5,9 @@
 
 namespace trunnion {
 
-std::vector<Vec3> smooth_directions(std::span<const Vec3> d, std::span<const double> t, double length) {
-    TRUNNION_REQUIRE(d.size() == t.size());
+std::vector<Vec3> smooth_directions(std::span<const Vec3> d, std::span<const double> t, double length,
+                                    std::span<const double> weights) {
+    TRUNNION_REQUIRE(d.size() == t.size() && (weights.empty() || weights.size() == t.size()));
     const std::size_t n = d.size();
     std::vector<Vec3> x(d.begin(), d.end());
     if (n < 3 || !(length > 0.0) || !(t[n - 1] > t[0])) return x;
@@ -19,7 +20,7 @@ std::vector<Vec3> smooth_directions(std::span<const Vec3> d, std::span<const dou
     // positive definite, two bands beside the diagonal.
     std::vector<double> a(n), b(n, 0.0), c(n, 0.0);
     for (std::size_t i = 0; i < n; ++i) {
-        const double w = 0.5 * ((i > 0 ? h[i - 1] : 0.0) + (i + 1 < n ? h[i] : 0.0));
+        const double w = (weights.empty() ? 0.5 : 0.5 * weights[i]) * ((i > 0 ? h[i - 1] : 0.0) + (i + 1 < n ? h[i] : 0.0));
         a[i] = w;
         x[i] *= w;
     }

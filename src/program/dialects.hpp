@@ -1,4 +1,4 @@
-// One writer and one reader per dialect; program.cpp holds the table of them.
+// One reader per family of controls; program.cpp holds the table of them.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace trunnion::detail {
 
-std::string write_apt(const MachinePath& path, const ProgramOptions& options);
 Result<ProgramText> read_apt(std::string_view text);
-
-std::string write_linuxcnc(const MachinePath& path, const ProgramOptions& options);
 Result<ProgramText> read_linuxcnc(std::string_view text, const Machine& machine, double tool_length);
+Result<ProgramText> read_fanuc(std::string_view text, const Machine& machine, double tool_length);
+Result<ProgramText> read_siemens(std::string_view text, const Machine& machine, double tool_length);
+Result<ProgramText> read_heidenhain(std::string_view text, const Machine& machine, double tool_length);
 
 }  // namespace trunnion::detail

@@ -53,7 +53,10 @@ int group_of(int code) {
         case 490:
             return 8;
         case 540:
+        case 550:
             return 12;
+        case 100:
+            return 0;
         case 610:
         case 611:
         case 640:
@@ -199,6 +202,11 @@ private:
 
     Result<void> execute() {
         // Modes first, as in the order of execution of the standard.
+        if (code(100)) return set_offset();
+        if (code(540) || code(550)) {
+            if (second_offset_ != code(550)) known_.reset();
+            second_offset_ = code(550);
+        }
         if (code(930)) inverse_time_ = true;
         if (code(940)) {
             if (inverse_time_) feed_ = 0.0;
@@ -225,6 +233,20 @@ private:
         }
         for (const int m : words_.m)
             if (m == 20 || m == 300) ended_ = true;
+        return {};
+    }
+
+    /// G10 L2 P2 X Y Z: where the work coordinates G55 begin.
+    Result<void> set_offset() {
+        if (!(words_.word('L') && words_['L'] == 2 && words_.word('P') && words_['P'] == 2))
+            return wrong("G10 is read as G10 L2 P2 only, the offset of G55");
+        for (int j = 3; j < 5; ++j)
+            if (words_.word(machine_.rotary[j - 3].letter)) return wrong("an offset of a rotary axis is not read");
+        for (std::size_t k = 0; k < 26; ++k) {
+            if (!words_.has[k] || k == 'L' - 'A' || k == 'P' - 'A' || k == 'N' - 'A') continue;
+            if (axis_of_[k] < 0) return wrong(fmt::format("word {} has no meaning in G10", static_cast<char>('A' + k)));
+            offset_[axis_of_[k]] = words_.value[k] * unit_;
+        }
         return {};
     }
 
@@ -270,8 +292,13 @@ private:
         block.rapid = rapid;
         block.has_joints = true;
         const double first = radians(position_[3]), second = radians(position_[4]);
-        const Vec3 linear(position_[0], position_[1], position_[2]);
-        if (program_.blocks.empty()) program_.tcp = tcp_;
+        Vec3 linear(position_[0], position_[1], position_[2]);
+        if (second_offset_) linear += offset_;
+        if (second_offset_ && tcp_) return wrong("G55 under tool-centre-point control is not read");
+        if (program_.blocks.empty()) {
+            program_.tcp = tcp_;
+            program_.interpolation = tcp_ ? Interpolation::rotary_axes : Interpolation::all_axes;
+        }
         if (tcp_ != program_.tcp)
             return wrong("a move after the tool length was switched (G43, G49) in the middle of the program");
         block.joints = tcp_ ? joints_at(machine_, linear, first, second, tool_length_)
@@ -313,6 +340,8 @@ private:
     std::bitset<5> known_;
     Motion motion_ = Motion::none;
     double unit_ = 1.0, feed_ = 0.0;
+    Vec3 offset_ = Vec3::Zero();
+    bool second_offset_ = false;
     bool inverse_time_ = false, tcp_ = false, tool_ = false, ended_ = false;
 };
 

@@ -20,6 +20,8 @@ void for_each_pose_array(Plan& plan, Visit&& visit) {
     visit("cl", plan.cl);
     visit("axis", plan.axis);
     visit("second_contact", plan.second_contact);
+    visit("safe_tilt_deg", plan.safe_tilt_deg);
+    visit("status", plan.status);
     visit("lead_deg", plan.lead_deg);
     visit("tilt_deg", plan.tilt_deg);
     visit("gouge_mm", plan.gouge_mm);

@@ -9,7 +9,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const trunnion::Machine machine = *trunnion::built_in_machine("linuxcnc-xyzac-trt");
     const std::string_view text(reinterpret_cast<const char*>(data), size);
-    for (const char* dialect : {"", "apt", "linuxcnc"}) {
+    for (const char* dialect : {"", "apt", "linuxcnc", "fanuc", "siemens", "heidenhain"}) {
         const auto program = trunnion::read_program(text, dialect, &machine, 100.0);
         if (!program) {
             if (program.error().message.empty()) std::abort();

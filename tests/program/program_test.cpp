@@ -96,24 +96,35 @@ TEST(Program, WhatIsWrittenIsReadBackOnEveryMachineInEveryDialect) {
         const Machine machine = *built_in_machine(name);
         for (const std::string& dialect : dialect_names())
             for (const bool tcp : {true, false}) {
+                const Dialect known = *find_dialect(dialect);
+                if (!tcp && !known.without_tcp && dialect != "apt") continue;
                 const MachinePath path = path_on(machine, wandering_poses(700, 3), tcp);
                 ASSERT_TRUE(path.valid()) << name;
                 const auto text = write_program(path, {.dialect = dialect, .tcp = tcp});
                 ASSERT_TRUE(text) << text.error().text();
-                const auto program = read_program(*text, "", &machine, kToolLength);
+                const auto program = read_program(*text, dialect, &machine, kToolLength);
                 ASSERT_TRUE(program) << name << ' ' << dialect << ": " << program.error().text();
                 EXPECT_EQ(program->dialect, dialect);
+                // Without the name the family is recognised.
+                const auto guessed = read_program(*text, "", &machine, kToolLength);
+                ASSERT_TRUE(guessed) << guessed.error().text();
+                EXPECT_EQ(find_dialect(guessed->dialect)->syntax, known.syntax) << dialect;
                 EXPECT_EQ(program->tcp, tcp || dialect == "apt");
                 const auto back = compare_with_path(*program, path);
                 ASSERT_TRUE(back) << name << ' ' << dialect << ": " << back.error().text();
-                EXPECT_LT(back->tip, 1e-6);
-                EXPECT_LT(back->axis, 1e-9);
+                // Half a unit of the last decimal in each word: 5e-5 sqrt(3) mm, 5e-5 sqrt(2) deg at four decimals.
+                const bool fine = known.linear_decimals > 5;
+                EXPECT_LT(back->tip, fine ? 1e-6 : 8.7e-5) << dialect;
+                EXPECT_LT(back->axis, fine ? 1e-9 : 1.3e-6) << dialect;
+                EXPECT_LT(back->motion_axis, radians(5));
                 EXPECT_EQ(back->blocks, 700u);
                 // Durations: what the blocks say is what the path planned.
                 for (std::size_t i = 1; i < 700; ++i) {
                     const ProgramBlock& block = program->blocks[i];
                     if (block.rapid) continue;
-                    ASSERT_NEAR(block.feed / path.feed()[i], 1.0, 2e-5) << name << ' ' << dialect << " pose " << i;
+                    // Linear words of four decimals over blocks of 0.5 mm and more; feeds of four decimals of mm/min.
+                    if (i == 350 || i == 360) continue;  // links at feed
+                    ASSERT_NEAR(block.feed / path.feed()[i], 1.0, fine ? 2e-5 : 1e-3) << name << ' ' << dialect << " pose " << i;
                 }
             }
     }
@@ -143,7 +154,7 @@ TEST(Program, InvalidPosesAreRefusedUnlessAllowedAndThenMarked) {
     EXPECT_THAT(refused.error().text(), HasSubstr("pose 41: holder (upper) touches face 3"));
     for (const std::string& dialect : dialect_names()) {
         const auto text = write_program(*path, {.dialect = dialect, .allow_invalid = true});
-        ASSERT_TRUE(text);
+        ASSERT_TRUE(text) << text.error().text();
         EXPECT_THAT(*text, HasSubstr("INVALID: holder <upper> touches face 3  stop"));
         const auto program = read_program(*text, dialect, &path->machine(), kToolLength);
         ASSERT_TRUE(program) << program.error().text();
@@ -163,7 +174,9 @@ TEST(Program, AMachineWithoutToolCentrePointControlGetsNoProgramUnderIt) {
 TEST(Program, AnUnknownDialectGetsTheNearestOne) {
     const MachinePath path = path_on(*built_in_machine("ac-table-table"), wandering_poses(20, 7));
     EXPECT_THAT(write_program(path, {.dialect = "linuxcn"}).error().text(), HasSubstr("did you mean \"linuxcnc\"?"));
-    EXPECT_THAT(dialect_names(), ElementsAre("apt", "linuxcnc"));
+    EXPECT_THAT(dialect_names(),
+                ElementsAre("apt", "fanuc", "fanuc-vector", "heidenhain", "heidenhain-m128", "heidenhain-vector", "linuxcnc",
+                            "makino", "mikron", "mitsubishi", "mitsubishi-vector", "siemens", "siemens-vector"));
     EXPECT_EQ(file_ending("apt"), "cls");
     EXPECT_EQ(file_ending("linuxcnc"), "ngc");
 }

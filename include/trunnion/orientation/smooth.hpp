@@ -13,7 +13,9 @@ namespace trunnion {
 /// longer ones stay, straight runs are unchanged. O(N), banded. Shapes: d unit, t increasing (N,) -> (N,). Units: length as t
 /// (mm). Stations with equal t count as 1e-6 of the mean step apart. Source: Whittaker, "On a new method of graduation", 1923, on
 /// uneven stations.
-std::vector<Vec3> smooth_directions(std::span<const Vec3> d, std::span<const double> t, double length);
+/// `weights`, where given (N,): how much more than its length a station counts; a heavy one stays where it is.
+std::vector<Vec3> smooth_directions(std::span<const Vec3> d, std::span<const double> t, double length,
+                                    std::span<const double> weights = {});
 
 /// The smoothest of those that changes the directions by no more than `tolerance` rad (rms), for normals that carry noise of
 /// about that size. Directions with less are smoothed as far as they allow.

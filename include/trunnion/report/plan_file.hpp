@@ -39,7 +39,9 @@ struct PlanDocument {
     // poses (parallel arrays)
     std::vector<Vec3> cc, normal, feed, cl, axis, second_contact;
     std::vector<Vec2> uv;
-    std::vector<std::int32_t> face;  ///< face of the contact, -1 on links
+    std::vector<Vec2> safe_tilt_deg;  ///< positioning methods: every tilt about the insert between the two is clear
+    std::vector<std::string> status;  ///< positioning methods: how each position ended, "" on links
+    std::vector<std::int32_t> face;   ///< face of the contact, -1 on links
     std::vector<double> lead_deg, tilt_deg, gouge_mm, motion_gouge_mm, clearance_mm, strip_width_mm;
     std::vector<std::uint8_t> valid, given;  ///< given: the contact was a point of the job (flag `given`)
     std::vector<std::string> why;
