@@ -129,6 +129,7 @@ struct Poses {
     ContactPath contacts;
     PosePath path;
     std::map<std::int64_t, std::string> refused;  // contacts whose axes the method itself takes back
+    std::map<std::string, std::string> measured;  // what the method reports: name, JSON object
     std::vector<std::string> notes;               // of the method, its steps and the outcome
     std::vector<MultipointPose> positions;        // of a positioning method, one per contact
     OutcomeReport outcome;
@@ -222,8 +223,11 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
         watch.stage("orientation");
         Scene scene{*s.part, s.cutter};
         scene.clearance = [&](std::size_t i, const Vec3& T) { return margin_at(s, *contacts, i, T); };
-        scene.refuse = [&](std::size_t i, std::string why) { poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why)); };
+        scene.refuse = [&](std::size_t i, std::string why) {
+            poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why));
+        };
         scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
+        scene.report = [&](std::string_view name, std::string json) { poses.measured.emplace(name, std::move(json)); };
         auto method = resolved_method(job, s);
         if (!method) return fail_up(std::move(method));
         auto axes = orient(*contacts, *method, scene, control);
@@ -249,8 +253,8 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
         watch.stage("pose");
         cuts = place_cutter(*contacts, *axes, s.cutter);
         if (!cuts) return fail_up(std::move(cuts));
-        const bool facets =
-            std::any_of(s.faces.begin(), s.faces.end(), [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
+        const bool facets = std::any_of(s.faces.begin(), s.faces.end(),
+                                        [&](int f) { return !s.part->faces[static_cast<std::size_t>(f)].surface; });
         if (facets)
             if (auto lifted = lift_off_facets(*cuts, *contacts, s, control); !lifted) return fail_up(std::move(lifted));
         if (job.outcome == Outcome::retract) {
@@ -594,6 +598,7 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
     for (const std::string& w : moved->warnings()) doc.warnings.push_back(w);
     for (const std::string& p : s.part->problems) doc.warnings.push_back("part: " + p);
     ordered_json metrics = metrics_of(poses->contacts, poses->path, *moved, s);
+    for (const auto& [name, json] : poses->measured) metrics[name] = ordered_json::parse(json);
     if (job.outcome == Outcome::trim) metrics["trimmed_contacts"] = poses->outcome.trimmed;
     if (job.outcome == Outcome::retract) {
         metrics["retracted_contacts"] = poses->outcome.retracted;

@@ -51,7 +51,7 @@ struct Job {
     Method method;
     std::vector<AxisStep> then;  ///< behind the method, in order
     Outcome outcome = Outcome::fail;
-    std::optional<SurfaceSpec> guide;  ///< of `normals`: a second surface given in place
+    std::optional<SurfaceSpec> guide;       ///< of `normals`: a second surface given in place
     std::optional<Multipoint> positioning;  ///< instead of `method`: contact and axis are found together
     // [links]
     std::optional<ClearanceSurface> clearance_surface;  ///< empty: chosen from the part and the axes
