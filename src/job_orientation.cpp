@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "job_field.hpp"
 #include "job_table.hpp"
 
 namespace trunnion {
@@ -263,6 +264,11 @@ void write_step(ordered_json& j, const RepairAxes& s) {
 
 constexpr std::string_view kOutcomes[] = {"fail", "trim", "retract"};
 
+void read_method(TomlReader&, Field&) {}  // its files need the folder: read_field
+void write_method(ordered_json& j, const Field& m) {
+    j.update(json_of_field(m));
+}
+
 /// Puts the alternative of that name, default parameters, into a method or a step.
 template <std::size_t I = 0, class V>
 void select(std::string_view name, V& method) {
@@ -277,7 +283,7 @@ void select(std::string_view name, V& method) {
 
 }  // namespace
 
-void read_orientation(TomlReader r, const fs::path&, Job& job) {
+void read_orientation(TomlReader r, const fs::path& folder, Job& job) {
     std::vector<std::string_view> names = method_names();
     for (const std::string_view name : positioning_names()) names.push_back(name);
     const std::string name = r.word("method", std::string(Sturz::name), names);
@@ -288,7 +294,10 @@ void read_orientation(TomlReader r, const fs::path&, Job& job) {
         return r.finish();
     }
     select(name, job.method);
-    std::visit([&](auto& m) { read_method(r, m); }, job.method);
+    if (auto* field = std::get_if<Field>(&job.method))
+        *field = read_field(r, folder);
+    else
+        std::visit([&](auto& m) { read_method(r, m); }, job.method);
     if (auto* normals = std::get_if<SurfaceNormals>(&job.method)) {
         if (r.has("surface") == (normals->face >= 0))
             r.wrong("face", normals->face >= 0 ? "and surface cannot both be given" : "or surface is missing: say whose normals");

@@ -130,6 +130,7 @@ struct Poses {
     ContactPath contacts;
     PosePath path;
     std::map<std::int64_t, std::string> refused;  // contacts whose axes the method itself takes back
+    std::map<std::string, std::string> measured;  // what the method reports: name, JSON object
     std::vector<std::string> notes;               // of the method, its steps and the outcome
     std::vector<MultipointPose> positions;        // of a positioning method, one per contact
     OutcomeReport outcome;
@@ -231,6 +232,7 @@ Result<Poses> make_poses(const Job& job, const Setup& s, const Steps& steps, Sto
             poses.refused.emplace(static_cast<std::int64_t>(i), std::move(why));
         };
         scene.note = [&](std::string what) { poses.notes.push_back(std::move(what)); };
+        scene.report = [&](std::string_view name, std::string json) { poses.measured.emplace(name, std::move(json)); };
         auto method = resolved_method(job, s);
         if (!method) return fail_up(std::move(method));
         auto axes = orient(*contacts, *method, scene, control);
@@ -615,6 +617,7 @@ Result<Plan> plan(const Job& job, const PlanOptions& options, const Control& con
         metrics["strip_width_mean_mm"] = strip / strips;
         metrics["strip_width_least_mm"] = least_strip;
     }
+    for (const auto& [name, json] : poses->measured) metrics[name] = ordered_json::parse(json);
     if (job.outcome == Outcome::trim) metrics["trimmed_contacts"] = poses->outcome.trimmed;
     if (job.outcome == Outcome::retract) {
         metrics["retracted_contacts"] = poses->outcome.retracted;

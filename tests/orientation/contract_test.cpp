@@ -66,6 +66,10 @@ std::vector<Method> every_method() {
     all.push_back(KeyAxes{{{0.1, Vec3::UnitZ()}, {0.6, skew}, {1.0, Vec3(0, -0.6, 0.8)}}});
     all.push_back(Rmf{.variant = Rmf::Variant::one, .close_loops = true});
     all.push_back(Rmf{.variant = Rmf::Variant::two});
+    Field field;
+    field.keys = {{{0.1, 0.2}, skew}, {{0.8, 0.3}, Vec3::UnitZ()}, {{0.5, 0.9}, Vec3(-0.2, 0.1, 1)}};
+    field.options.normal_limit = kPi;  // keys turn with the part in these tests, but its surface stays
+    all.push_back(field);
     return all;
 }
 
@@ -80,6 +84,8 @@ Method turned(Method method, const Mat3& turn) {
     if (auto* m = std::get_if<RotaryLock>(&method); m && m->cone) m->cone->pole = turn * m->cone->pole;
     if (auto* m = std::get_if<PlaneAxis>(&method)) m->normal = turn * m->normal;
     if (auto* m = std::get_if<KeyAxes>(&method))
+        for (auto& key : m->keys) key.axis = turn * key.axis;
+    if (auto* m = std::get_if<Field>(&method))
         for (auto& key : m->keys) key.axis = turn * key.axis;
     return method;
 }

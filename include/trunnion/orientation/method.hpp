@@ -11,6 +11,7 @@
 #include "trunnion/base/control.hpp"
 #include "trunnion/cutter/cutter.hpp"
 #include "trunnion/orientation/curve_axis.hpp"
+#include "trunnion/orientation/field.hpp"
 #include "trunnion/orientation/fixed_vector.hpp"
 #include "trunnion/orientation/key_axes.hpp"
 #include "trunnion/orientation/lean_range.hpp"
@@ -41,6 +42,8 @@ struct Scene {
     std::function<void(std::size_t contact, std::string why)> refuse{};
     /// Told what the user ought to know: one sentence.
     std::function<void(std::string what)> note{};
+    /// Told what a method measured: a name, and the text of a JSON object that plans keep as metrics.<name>.
+    std::function<void(std::string_view name, std::string json)> report{};
 };
 
 template <class M>
@@ -51,7 +54,7 @@ concept OrientationMethod = requires(const M& method, const ContactPath& path, c
 
 /// The closed table. A new method touches its header, source, test, docs page and this line.
 using Method = std::variant<Sturz, FixedVector, PointAxis, LineAxis, CurveAxis, SurfaceNormals, LeanRange, RotaryLock, PlaneAxis,
-                            KeyAxes, Rmf>;
+                            KeyAxes, Rmf, Field>;
 
 static_assert([]<class... M>(const std::variant<M...>*) {
     return (OrientationMethod<M> && ...);
