@@ -1,6 +1,7 @@
 // From a checked path to axis motion: motions cut in pieces that the axes can follow, and moves that wind the axes back.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -11,26 +12,55 @@ namespace trunnion {
 
 namespace {
 
+struct Followed {
+    MachinePath path;
+    std::vector<std::size_t> motion;  // of the path as it was before it was cut: the motion that each pose lies on the end of
+};
+
 /// The whole path with its motions cut in pieces until the axes follow them.
-Result<MachinePath> follow_closely(CheckedPath checked, const Setup& s, const Control& control) {
+Result<Followed> follow_closely(CheckedPath checked, const Setup& s, const Control& control) {
     constexpr int kRounds = 6;
     constexpr double kMostPieces = 64.0;  // of one motion in one round: at the pole itself no number is enough
+    std::vector<std::size_t> motion(checked.poses().size());
+    std::iota(motion.begin(), motion.end(), std::size_t{0});
     for (int round = 1;; ++round) {
         auto moved = move_machine(checked, s.machine, s.motion, control);
-        if (!moved || round == kRounds) return moved;
+        if (!moved) return fail_up(std::move(moved));
         const std::vector<double>& over = moved->overstep();
         std::vector<int> pieces(over.size(), 1);
         bool any = false;
         for (std::size_t i = 0; i < over.size(); ++i) {
             if (!(over[i] > 1.0) || !checked.verdicts()[i].valid) continue;
-            // No number of pieces makes a jump continuous.
-            if (std::binary_search(moved->jumps().begin(), moved->jumps().end(), i)) continue;
             pieces[i] = static_cast<int>(std::clamp(std::ceil(1.1 * std::sqrt(over[i])), 2.0, kMostPieces));
             any = true;
         }
-        if (!any) return moved;
+        if (!any || round == kRounds) return Followed{std::move(*moved), std::move(motion)};
         checked = subdivide(checked, pieces);
+        std::vector<std::size_t> finer;
+        for (std::size_t i = 0; i < pieces.size(); ++i) finer.insert(finer.end(), static_cast<std::size_t>(pieces[i]), motion[i]);
+        motion = std::move(finer);
     }
+}
+
+/// What the axes have to be wound back for: on the way to pose `pose`, from these rotary words to those.
+struct Rewind {
+    std::size_t pose;
+    std::array<double, 2> from, to;
+};
+
+/// The jumps that no cutting in pieces took away, as motions of the path before it was cut.
+std::vector<Rewind> rewinds_of(const Followed& f) {
+    std::vector<Rewind> rewinds;
+    const auto words = [&](std::size_t i) { return std::array{f.path.joints()[i][3], f.path.joints()[i][4]}; };
+    for (const std::size_t jump : f.path.jumps()) {
+        const std::size_t motion = f.motion[jump];
+        if (!rewinds.empty() && rewinds.back().pose == motion) continue;
+        const auto first = std::lower_bound(f.motion.begin(), f.motion.end(), motion);
+        const auto end = std::upper_bound(first, f.motion.end(), motion);
+        rewinds.push_back({motion, words(static_cast<std::size_t>(first - f.motion.begin()) - 1),
+                           words(static_cast<std::size_t>(end - f.motion.begin()) - 1)});
+    }
+    return rewinds;
 }
 
 /// Appends poses that touch nothing.
@@ -56,11 +86,9 @@ private:
     PosePath& path_;
 };
 
-}  // namespace
-
-PosePath with_rewinds(const MachinePath& path, const Setup& s) {
+/// The path with moves out, round and in before each of the rewinds.
+PosePath with_rewinds(const PosePath& old, const std::vector<Rewind>& rewinds, const Setup& s) {
     constexpr double kStep = radians(4.0);
-    const PosePath& old = path.poses();
     Box3 box = s.part->box;
     for (const CheckBody& body : s.bodies) box.add(body.part->box);
     // Beyond a plane at this distance from the middle, square to its axis, the tool is clear of everything. Between two poses the
@@ -78,8 +106,8 @@ PosePath with_rewinds(const MachinePath& path, const Setup& s) {
     for (const Pass& pass : old.passes) {
         bool fresh = true;  // the next pose begins a pass
         for (std::size_t i = pass.first; i < pass.first + pass.count; ++i) {
-            if (next_jump < path.jumps().size() && path.jumps()[next_jump] == i) {
-                ++next_jump;
+            if (next_jump < rewinds.size() && rewinds[next_jump].pose == i) {
+                const Rewind& rewind = rewinds[next_jump++];
                 const auto out = [&](std::size_t k) -> Vec3 {
                     const Vec3& T = old.axis[k];
                     return old.cl[k] + std::max(0.0, radius - (old.cl[k] - centre).dot(T)) * T;
@@ -87,16 +115,16 @@ PosePath with_rewinds(const MachinePath& path, const Setup& s) {
                 if (before == PassKind::cut)
                     links.go(old.cl[i - 1] + lead * old.axis[i - 1], old.axis[i - 1], PassKind::lead_out);
                 links.go(out(i - 1), old.axis[i - 1]);
-                const JointPosition &from = path.joints()[i - 1], &to = path.joints()[i];
-                const double turn = std::max(std::abs(to[3] - from[3]), std::abs(to[4] - from[4]));
+                const auto &from = rewind.from, &to = rewind.to;
+                const double turn = std::max(std::abs(to[0] - from[0]), std::abs(to[1] - from[1]));
                 const int steps = std::max(2, static_cast<int>(std::ceil(turn / kStep)));
                 for (int k = 0; k <= steps; ++k) {
                     const double t = static_cast<double>(k) / steps;
                     JointPosition q{};
-                    for (int j = 3; j < 5; ++j) q[j] = std::lerp(from[j], to[j], t);
+                    for (int j = 0; j < 2; ++j) q[3 + j] = std::lerp(from[j], to[j], t);
                     const Vec3 T = k == 0       ? old.axis[i - 1]
                                    : k == steps ? old.axis[i]
-                                                : forward(path.machine(), q, s.motion.tool_length).axis;
+                                                : forward(s.machine, q, s.motion.tool_length).axis;
                     links.go(centre + radius * T, T);
                 }
                 if (!Links::same_place(out(i), old.cl[i])) links.go(out(i), old.axis[i]);
@@ -120,6 +148,8 @@ PosePath with_rewinds(const MachinePath& path, const Setup& s) {
     return poses;
 }
 
+}  // namespace
+
 std::vector<Vec3> away_from_singularity(std::vector<Vec3> axes, const ContactPath& contacts, const Job& job, const Setup& s,
                                         const Control& control) {
     if (!job.go_round_singularity) return axes;
@@ -137,10 +167,13 @@ Result<MachinePath> follow(CheckedPath checked, const Setup& s, const std::funct
     // A second round winds back what the first one's new moves made necessary; more would not end.
     constexpr int kRounds = 3;
     for (int round = 1;; ++round) {
-        auto moved = follow_closely(std::move(checked), s, control);
-        if (!moved || moved->jumps().empty() || round == kRounds) return moved;
-        control.say(fmt::format("{} rewinds: the tool goes out, the axes wind back", moved->jumps().size()));
-        auto again = check(with_rewinds(*moved, s));
+        const PosePath before = checked.poses();
+        auto followed = follow_closely(std::move(checked), s, control);
+        if (!followed) return fail_up(std::move(followed));
+        if (followed->path.jumps().empty() || round == kRounds) return std::move(followed->path);
+        const std::vector<Rewind> rewinds = rewinds_of(*followed);
+        control.say(fmt::format("{} rewinds: the tool goes out, the axes wind back", rewinds.size()));
+        auto again = check(with_rewinds(before, rewinds, s));
         if (!again) return fail_up(std::move(again));
         checked = std::move(*again);
     }

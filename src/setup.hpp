@@ -46,7 +46,4 @@ Result<ContactPath> contacts_of_program(const Job& job, const Setup& s, const Co
 std::vector<Vec3> away_from_singularity(std::vector<Vec3> axes, const ContactPath& contacts, const Job& job, const Setup& s,
                                         const Control& control);
 
-/// The path with moves out, round and in before each of `path.jumps()`.
-PosePath with_rewinds(const MachinePath& path, const Setup& s);
-
 }  // namespace trunnion
