@@ -17,11 +17,12 @@ constexpr std::size_t kShown = 100;
 constexpr double kSamePosition = 1e-4;        // mm: what a program may lose to rounding (issue: read back to 1e-4)
 constexpr double kSameAngle = radians(1e-4);  // rad
 
-/// What the file says, as poses to be judged; nothing of its verdicts.
+/// What the file says, as poses to be judged. Of its own verdicts only the refusals count.
 struct Subject {
     PosePath poses;
     std::vector<JointPosition> joints;  // empty if the file holds none
     std::vector<std::string> names;     // "pose 17" or "line 42"
+    std::vector<std::string> refused;   // why the plan itself calls a pose not valid; empty if the file tells nothing
 };
 
 Result<Subject> subject_of(const PlanDocument& doc) {
@@ -31,6 +32,10 @@ Result<Subject> subject_of(const PlanDocument& doc) {
     s.poses = std::move(*poses);
     for (const auto& p : doc.positions) s.joints.push_back({p[0], p[1], p[2], radians(p[3]), radians(p[4])});
     for (std::size_t i = 0; i < doc.size(); ++i) s.names.push_back(fmt::format("pose {}", i));
+    // A method may have taken a pose back for a reason that the tool and the part do not show.
+    if (doc.valid.size() == doc.size() && doc.why.size() == doc.size())
+        for (std::size_t i = 0; i < doc.size(); ++i)
+            s.refused.push_back(doc.valid[i] ? "" : doc.why[i].empty() ? "not valid" : doc.why[i]);
     return s;
 }
 
@@ -131,6 +136,9 @@ Result<CheckReport> judge(Subject subject, std::string title, const Setup& s, co
     for (std::size_t i = 0; i < moved->why().size(); ++i)
         if (!moved->why()[i].empty()) verdicts.add(i, fmt::format("{}: {}", subject.names[i], moved->why()[i]));
     if (!subject.joints.empty()) report.checks.push_back(check_joints(subject, s.machine, s.motion.tool_length, verdicts));
+    for (std::size_t i = 0; i < subject.refused.size(); ++i)
+        if (!subject.refused[i].empty())
+            verdicts.add(i, fmt::format("{}: the plan itself calls it not valid: {}", subject.names[i], subject.refused[i]));
     report.bad = verdicts.count();
     report.problems = std::move(verdicts).lines();
     report.valid =
