@@ -56,7 +56,7 @@ function formatTime(seconds) {
 
 // 'axis_rate_deg_per_mm' -> ['axis rate', 'deg/mm']: units stand at the end of a name.
 function nameAndUnit(name) {
-  for (const [ending, unit] of [['_deg_per_mm', 'deg/mm'], ['_deg', 'deg'], ['_mm', 'mm']])
+  for (const [ending, unit] of [['_deg_per_mm', 'deg/mm'], ['_mm_min', 'mm/min'], ['_deg', 'deg'], ['_mm', 'mm'], ['_s', 's']])
     if (name.endsWith(ending)) return [name.slice(0, -ending.length).replaceAll('_', ' '), unit];
   return [name.replaceAll('_', ' '), ''];
 }

@@ -28,7 +28,7 @@ function ticks(low, high, most) {
 function makePlots(report, canvas, onJump) {
   const lanes = lanesOf(report), clock = report.poses.clock || new Float64Array(0), count = clock.length;
   const context = canvas.getContext('2d'), still = document.createElement('canvas');
-  const left = 64, rightGap = 16, bottom = 34, topGap = 8, laneGap = 14;
+  const left = 64, rightGap = 16, bottom = 34, topGap = 20, laneGap = 24;
   const begin = count > 0 ? clock[0] : 0, end = count > 0 ? clock[count - 1] : 1, span = end - begin || 1;
   for (const lane of lanes) {
     let low = Infinity, high = -Infinity;
@@ -111,13 +111,10 @@ function makePlots(report, canvas, onJump) {
       target.clip();
       curve(target, lane, yOf);
       target.restore();
-      target.save();
-      target.translate(12, top + laneHeight / 2);
-      target.rotate(-Math.PI / 2);
-      target.textAlign = 'center';
+      // Above its lane: beside it, long names run into each other.
+      target.textAlign = 'left';
       target.fillStyle = cssColour('text');
-      target.fillText(lane.name + ' (' + lane.unit + ')', 0, 0);
-      target.restore();
+      target.fillText(lane.name + ' (' + lane.unit + ')', left, top - 10);
     });
     target.fillStyle = quiet;
     target.textAlign = 'center';
